@@ -1,0 +1,92 @@
+"""The rows of the service as frozen values: what the database returns and everybody else reads."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+from uuid import UUID
+
+from hi5_common.domain.spec import DatasetSpec
+
+
+class ShardStatus(StrEnum):
+    """Where a shard is. `lifecycle.py` holds the table of allowed transitions."""
+
+    PENDING = "pending"
+    LEASED = "leased"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+class DatasetStatus(StrEnum):
+    """Derived from the shards: never stored beside them."""
+
+    PENDING = "pending"
+    RUNNING = "running"
+    COMPLETE = "complete"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+@dataclass(frozen=True)
+class StoredObject:
+    """One object in the store, as published: key, size in bytes, SHA-256 in hex."""
+
+    key: str
+    size_bytes: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Tallies:
+    """How many delivered images have each value, and each pair of values of two attributes.
+
+    `values` maps "attribute=value" to a count; `pairs` maps "a=x&b=y" (attributes in planning
+    order) to a count. Counts add up over shards.
+    """
+
+    values: dict[str, int]
+    pairs: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Publication:
+    """What a finished attempt made of a shard."""
+
+    samples: StoredObject
+    labels: StoredObject
+    members: StoredObject
+    image_count: int
+    tallies: Tallies
+
+
+@dataclass(frozen=True)
+class Shard:
+    """A range of image indices [start, stop) and how far it has come."""
+
+    id: UUID
+    dataset_id: UUID
+    number: int
+    start: int
+    stop: int
+    status: ShardStatus
+    attempt: int
+    progress: int
+    lease_owner: str | None
+    lease_until: datetime | None
+    failure_reason: str | None
+    publication: Publication | None
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """A submitted spec with its counts of images and shards by status."""
+
+    id: UUID
+    spec: DatasetSpec
+    created_at: datetime
+    cancel_requested_at: datetime | None
+    status: DatasetStatus
+    shards_by_status: dict[ShardStatus, int]
+    images_done: int
+    images_in_progress: int

@@ -1,0 +1,171 @@
+"""The dataset spec: what a researcher asks for. One model for the API, the CLI and Python."""
+
+import json
+from collections.abc import Mapping
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Self
+
+import pydantic
+import yaml
+from pydantic import BaseModel, ConfigDict, Field
+
+from hi5_common.domain import spec_errors
+from hi5_common.domain.errors import InvalidInput, Problem
+from hi5_common.domain.vocabulary import VALUES, Attribute
+
+MAX_COUNT = 1_000_000_000
+MAX_SIDE_PX = 8192
+
+Request = list[str] | dict[str, Annotated[int, Field(ge=0, strict=True)]] | None
+"""Nothing: every value in equal shares. A list: equal shares. A map: exact counts."""
+
+
+class StrictModel(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ImageFormat(StrEnum):
+    JPEG = "jpeg"
+    PNG = "png"
+
+
+class Quality(StrEnum):
+    """How much path tracing an image gets."""
+
+    DRAFT = "draft"
+    STANDARD = "standard"
+    HIGH = "high"
+    REFERENCE = "reference"
+
+
+class LabelKind(StrEnum):
+    KEYPOINTS = "keypoints"
+    BOX = "box"
+    MASK = "mask"
+
+
+class ImageRequest(StrictModel):
+    """The picture: size in pixels, file format, JPEG quality (4:4:4 chroma always)."""
+
+    width: int = Field(640, ge=16, le=MAX_SIDE_PX, strict=True)
+    height: int = Field(640, ge=16, le=MAX_SIDE_PX, strict=True)
+    format: ImageFormat = ImageFormat.JPEG
+    jpeg_quality: int = Field(95, ge=1, le=100, strict=True)
+
+
+class RenderRequest(StrictModel):
+    quality: Quality = Quality.STANDARD
+
+
+class AttributeRequests(StrictModel):
+    """For each attribute: nothing (all values), a list (equal shares) or a map of exact counts."""
+
+    gender: Request = None
+    skin_tone: Request = None
+    pose: Request = None
+    environment: Request = None
+    handedness: Request = None
+    viewpoint: Request = None
+
+    def __getitem__(self, attribute: Attribute) -> Request:
+        request: Request = getattr(self, attribute.value)
+        return request
+
+
+class DatasetSpec(StrictModel):
+    """A dataset: images are a pure function of this spec, its seed and their index."""
+
+    name: str = Field("dataset", min_length=1, max_length=100, pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._-]*$")
+    seed: int = Field(0, ge=0, lt=2**63, strict=True)
+    count: int = Field(ge=1, le=MAX_COUNT, strict=True)
+    attributes: AttributeRequests = AttributeRequests()
+    image: ImageRequest = ImageRequest()
+    render: RenderRequest = RenderRequest()
+    labels: list[LabelKind] = Field(default=list(LabelKind), min_length=1)
+    images_per_shard: int | None = Field(None, ge=1, le=10_000, strict=True)
+
+    @pydantic.model_validator(mode="after")
+    def _check_values_and_counts(self) -> Self:
+        problems = [
+            problem
+            for attribute in Attribute
+            for problem in spec_errors.request_problems(
+                attribute, self.attributes[attribute], VALUES[attribute], self.count
+            )
+        ]
+        problems += spec_errors.repeated("labels", [kind.value for kind in self.labels])
+        if problems:
+            raise InvalidInput(problems)
+        return self
+
+    def canonical_json(self) -> str:
+        """Return the spec as JSON with sorted keys: the same spec always gives the same text."""
+        return json.dumps(self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+
+
+def parse_spec(document: object) -> DatasetSpec:
+    """Validate a decoded YAML or JSON document; raise InvalidInput with every problem in it."""
+    if not isinstance(document, Mapping):
+        remedy = "Send a mapping, for example {count: 24}."
+        raise InvalidInput([Problem("spec", document, remedy)])
+    try:
+        return DatasetSpec.model_validate(document)
+    except pydantic.ValidationError as error:
+        problems = spec_errors.from_pydantic(error, DatasetSpec)
+        raise InvalidInput(problems) from error
+
+
+def parse_spec_text(text: str) -> DatasetSpec:
+    """Parse YAML, of which JSON is a part."""
+    try:
+        document = yaml.load(text, Loader=_UniqueKeyLoader)
+    except (yaml.YAMLError, RecursionError) as error:
+        remedy = "Write YAML or JSON; the first error is at the place named."
+        raise InvalidInput([Problem("spec", str(error), remedy)]) from error
+    return parse_spec(document)
+
+
+def load_spec(path: Path) -> DatasetSpec:
+    """Read and parse a spec file."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        remedy = "Name a readable UTF-8 YAML or JSON file."
+        raise InvalidInput([Problem("spec", f"{path}: {error}", remedy)]) from error
+    return parse_spec_text(text)
+
+
+def spec_json_schema() -> dict[str, object]:
+    """Return the JSON Schema of a spec, with every attribute's vocabulary spelled out."""
+    schema = DatasetSpec.model_json_schema()
+    properties = schema["$defs"]["AttributeRequests"]["properties"]
+    for attribute in Attribute:
+        properties[attribute.value] = _request_schema(VALUES[attribute])
+    return schema
+
+
+def _request_schema(values: tuple[str, ...]) -> dict[str, object]:
+    choice = {"type": "string", "enum": list(values)}
+    count = {"type": "integer", "minimum": 0}
+    return {
+        "default": None,
+        "anyOf": [
+            {"type": "null"},
+            {"type": "array", "items": choice, "minItems": 1, "uniqueItems": True},
+            {"type": "object", "propertyNames": choice, "additionalProperties": count},
+        ],
+    }
+
+
+class _UniqueKeyLoader(yaml.SafeLoader):
+    """SafeLoader that refuses a key written twice (YAML would silently keep the last)."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[object, object]:
+        keys = [self.construct_object(key, deep=True) for key, _ in node.value]  # type: ignore[no-untyped-call]
+        doubles = sorted({str(key) for key in keys if keys.count(key) > 1})
+        if doubles:
+            where = node.start_mark
+            raise yaml.YAMLError(f"key {doubles[0]!r} is written twice{where}")
+        mapping: dict[object, object] = super().construct_mapping(node, deep)
+        return mapping

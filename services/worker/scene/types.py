@@ -1,0 +1,108 @@
+"""A hand scene, fully resolved: what a renderer and a labeller need, and nothing else.
+
+Everything is plain data that can be printed, hashed and saved as JSON; geometry is float64.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from hi5_common.domain.plan import Cell
+from hi5_common.domain.vocabulary import Environment, Pose
+from services.worker.hand.pose import JointAngles
+
+Array = npt.NDArray[np.float64]
+Rgb = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """Pinhole camera in pixels; (0, 0) is the outer corner of the top-left pixel."""
+
+    fx_px: float
+    fy_px: float
+    cx_px: float
+    cy_px: float
+    width_px: int
+    height_px: int
+
+    def matrix(self) -> Array:
+        """Return the (3, 3) calibration matrix."""
+        return np.array([[self.fx_px, 0, self.cx_px], [0, self.fy_px, self.cy_px], [0, 0, 1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """Intrinsics and the rigid (4, 4) world-to-camera transform, metres, OpenCV axes."""
+
+    intrinsics: Intrinsics
+    world_to_camera: Array
+
+
+@dataclass(frozen=True)
+class PoseBlend:
+    """A pose on the way from one library pose to another: t = 0 is `source`, t = 1 `target`."""
+
+    source: Pose
+    target: Pose
+    t: float
+
+
+@dataclass(frozen=True)
+class Light:
+    """An environment panorama turned about the vertical, with the exposure of the picture.
+
+    A world direction d looks up the panorama at longitude atan2(d.y, d.x) - rotation_z_deg in
+    Blender's equirectangular layout. The linear radiance is multiplied by 2**exposure_ev before
+    the sRGB curve.
+    """
+
+    environment: Environment
+    rotation_z_deg: float
+    exposure_ev: float
+
+
+@dataclass(frozen=True)
+class Skin:
+    """Diffuse albedos in linear sRGB (Rec. 709, D65), scattering radius in mm, roughness."""
+
+    ita_deg: float
+    dorsum_rgb: Rgb
+    palm_rgb: Rgb
+    nail_rgb: Rgb
+    subsurface_radius_mm: Rgb
+    roughness: float
+
+
+@dataclass(frozen=True, eq=False)
+class HandScene:
+    """One image's scene. `view_attempt` counts the views that were rejected before this one."""
+
+    index: int
+    cell: Cell
+    blend: PoseBlend
+    angles: JointAngles
+    hand_to_world: Array
+    camera: Camera
+    light: Light
+    skin: Skin
+    view_attempt: int
+    render_seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class SceneGeometry:
+    """The posed, subdivided hand in world metres: exactly the surface that is rendered.
+
+    vertices_m (W, 3) f8; quads (G, 4) i4, outward; uvs (G, 4, 2) f4; nail, palm (W,) f8 in 0..1;
+    part (W,) i4 index into HandPart; keypoints_m (21, 3) f8.
+    """
+
+    vertices_m: Array
+    quads: npt.NDArray[np.int32]
+    uvs: npt.NDArray[np.float32]
+    nail: Array
+    palm: Array
+    part: npt.NDArray[np.int32]
+    keypoints_m: Array
