@@ -36,7 +36,7 @@ def tracked_files(root: Path) -> list[Path]:
         capture_output=True,
         text=True,
     ).stdout
-    return [path for name in listing.split("\0") if name and (path := Path(name))]
+    return [Path(name) for name in listing.split("\0") if name]
 
 
 def breaches_of_text(path: Path, text: str) -> Iterator[str]:
@@ -58,7 +58,7 @@ def _breaches_of_node(path: Path, node: ast.AST) -> Iterator[str]:
     if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
         lines = (node.end_lineno or node.lineno) - node.lineno + 1
         if lines > MAX_FUNCTION_LINES:
-            yield f"{path}:{node.lineno}: {node.name} has {lines} lines, more than {MAX_FUNCTION_LINES}"
+            yield f"{path}:{node.lineno}: {node.name}: {lines} lines, over {MAX_FUNCTION_LINES}"
         yield from _breaches_of_defaults(path, node)
     if isinstance(node, ast.ClassDef) and node.name.endswith(BANNED_CLASS_SUFFIXES):
         yield f"{path}:{node.lineno}: class {node.name}: name it for what it is"
