@@ -16,13 +16,26 @@ apt_install() { # apt_install PACKAGE...
         as_root=(sudo -n)
     fi
     say "installing $* with apt-get"
-    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq >&2 || return 1
-    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-        apt-get install -y -qq --no-install-recommends "$@" </dev/null >&2
+    local log=.tools/apt.log
+    mkdir -p .tools
+    {
+        "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq &&
+            "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+                apt-get install -y -qq --no-install-recommends "$@"
+    } </dev/null >"$log" 2>&1 || { tail -n 5 "$log" >&2 && return 1; }
+}
+
+# uv brings its own list of authorities; where the machine has one, that is the one its owner set.
+trust_system_certificates() {
+    local bundle
+    for bundle in /etc/ssl/certs/ca-certificates.crt /etc/pki/tls/certs/ca-bundle.crt; do
+        if [ -e "$bundle" ]; then export UV_SYSTEM_CERTS="${UV_SYSTEM_CERTS:-1}"; fi
+    done
 }
 
 # Puts a working `uv` on PATH: the user's own, or a private one under .tools/uv.
 need_uv() {
+    trust_system_certificates
     command -v python3 >/dev/null || stop "python3 is missing; install it: apt-get install python3"
     if uv --version >/dev/null 2>&1; then return; fi
     export PATH="$PWD/.tools/uv/bin:$PATH"
