@@ -1,0 +1,94 @@
+"""The manifest: what a dataset consists of and how far it has come, as the API sends it.
+
+A reader that follows it knows every published object by key, size and SHA-256. It is paged by
+shard number: `next` is the address of the following page, or None on the last.
+"""
+
+from datetime import datetime
+from uuid import UUID
+
+from hi5_common.domain.records import Dataset, DatasetStatus, Publication, Shard, ShardStatus
+from hi5_common.domain.spec import DatasetSpec, StrictModel
+
+OBJECT_NAMES = ("samples.tar", "labels.parquet", "members.json")
+"""The files of a published shard, in the order of `ManifestShard.objects`."""
+
+
+class ManifestObject(StrictModel):
+    """A published object: its name in the shard, its key in the store, size, SHA-256 in hex."""
+
+    name: str
+    key: str
+    size_bytes: int
+    sha256: str
+
+
+class ManifestShard(StrictModel):
+    """Images [start, stop). Objects and tallies (`attribute=value`: images) only once done."""
+
+    number: int
+    start: int
+    stop: int
+    status: ShardStatus
+    attempt: int
+    progress: int
+    failure_reason: str | None
+    objects: tuple[ManifestObject, ...]
+    tallies: dict[str, int]
+
+
+class Progress(StrictModel):
+    """Images by how far they are. `done` are published; `in_progress` lie on a worker."""
+
+    count: int
+    done: int
+    in_progress: int
+    shards: dict[ShardStatus, int]
+
+
+class Manifest(StrictModel):
+    """One page of a dataset's manifest; the tallies are those of the whole dataset."""
+
+    dataset_id: UUID
+    status: DatasetStatus
+    created_at: datetime
+    spec: DatasetSpec
+    progress: Progress
+    tallies: dict[str, int]
+    shards: tuple[ManifestShard, ...]
+    next: str | None
+
+
+def progress_of(dataset: Dataset) -> Progress:
+    """Return the progress of a dataset, with every status counted, zeros too."""
+    return Progress(
+        count=dataset.spec.count,
+        done=dataset.images_done,
+        in_progress=dataset.images_in_progress,
+        shards={status: dataset.shards_by_status.get(status, 0) for status in ShardStatus},
+    )
+
+
+def manifest_shard(shard: Shard) -> ManifestShard:
+    """Return the manifest's view of a shard row."""
+    publication = shard.publication
+    return ManifestShard(
+        number=shard.number,
+        start=shard.start,
+        stop=shard.stop,
+        status=shard.status,
+        attempt=shard.attempt,
+        progress=shard.progress,
+        failure_reason=shard.failure_reason,
+        objects=manifest_objects(publication) if publication else (),
+        tallies=dict(publication.tallies.values) if publication else {},
+    )
+
+
+def manifest_objects(publication: Publication) -> tuple[ManifestObject, ...]:
+    """Return the published objects by name, in the order of OBJECT_NAMES."""
+    stored = (publication.samples, publication.labels, publication.members)
+    return tuple(
+        ManifestObject(name=name, key=item.key, size_bytes=item.size_bytes, sha256=item.sha256)
+        for name, item in zip(OBJECT_NAMES, stored, strict=True)
+    )
