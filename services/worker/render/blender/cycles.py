@@ -1,0 +1,83 @@
+"""Cycles on the CPU: the renderer that makes hi5's pictures."""
+
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+import numpy.typing as npt
+
+from services.worker.render.blender import camera, film, mesh, session
+from services.worker.render.blender.material import new_skin_material
+from services.worker.render.blender.world import new_world
+from services.worker.render.errors import NonFiniteFrame
+from services.worker.render.port import Frame
+from services.worker.render.rect import PixelRect
+from services.worker.render.settings import RenderSettings
+from services.worker.scene.types import HandScene, SceneGeometry
+
+
+class CyclesRenderer:
+    """Renders hands one after another in this process; bpy is global, so make only one."""
+
+    name = "cycles"
+
+    def __init__(self, threads: int, *, persistent_data: bool = True) -> None:
+        self._session = session.open_session(threads, persistent_data=persistent_data)
+        self._scene = self._session.scene
+        self._skin = new_skin_material()
+        self._world = new_world(self._scene)
+        camera.new_camera(self._scene)
+        self._folder = film.frame_folder()
+        self._hand: bpy.types.Object | None = None
+        self._topology: npt.NDArray[np.int32] | None = None
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Return the Blender version that draws."""
+        return {"bpy": bpy.app.version_string}
+
+    def render(
+        self,
+        scene: HandScene,
+        geometry: SceneGeometry,
+        region: PixelRect,
+        settings: RenderSettings,
+    ) -> Frame:
+        """Return the hand on the pixels of `region`, which must not be empty."""
+        started = time.perf_counter()
+        self._place(geometry)
+        self._skin.paint(scene.skin)
+        self._world.light(scene.light)
+        camera.aim(self._scene, scene.camera, region)
+        session.apply_settings(self._scene, settings, scene.render_seed)
+        placed = time.perf_counter()
+        path = Path(self._folder.name) / "frame.exr"
+        film.shoot(self._scene, path)
+        shot = time.perf_counter()
+        rgba = _checked(film.read_rgba(path))
+        read = time.perf_counter()
+        phases_s = {"place": placed - started, "trace": shot - placed, "read": read - shot}
+        return Frame(rgba, region, phases_s)
+
+    def close(self) -> None:
+        """Delete the folder of frames."""
+        self._folder.cleanup()
+
+    def _place(self, geometry: SceneGeometry) -> None:
+        same = self._topology is not None and np.array_equal(self._topology, geometry.quads)
+        if self._hand is not None and same:
+            mesh.reshape(self._hand.data, geometry)
+            return
+        if self._hand is not None:
+            mesh.remove(self._hand)
+        self._hand = mesh.new_hand(self._scene, geometry)
+        self._hand.data.materials.append(self._skin.material)
+        self._topology = geometry.quads
+
+
+def _checked(rgba: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    if not np.isfinite(rgba).all():
+        bad = int((~np.isfinite(rgba)).any(axis=-1).sum())
+        raise NonFiniteFrame(f"{bad} pixels of the frame are NaN or infinite.")
+    return rgba

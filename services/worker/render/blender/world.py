@@ -1,0 +1,65 @@
+"""The light: an environment panorama turned about the vertical."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import bpy
+
+from hi5_common.domain.vocabulary import Environment
+from services.worker.render.errors import MissingAsset
+from services.worker.scene.environments import panorama_path
+from services.worker.scene.types import Light
+
+IMPORTANCE_MAP_PX = 1024
+
+
+@dataclass(frozen=True)
+class LightingWorld:
+    """The scene's world and the panoramas it has loaded so far."""
+
+    mapping: bpy.types.Node
+    texture: bpy.types.Node
+    images: dict[Environment, bpy.types.Image] = field(default_factory=dict)
+
+    def light(self, light: Light) -> None:
+        """Light the scene. Exposure is not applied here: frames stay in the panorama's units."""
+        if light.environment not in self.images:
+            self.images[light.environment] = _load(panorama_path(light.environment))
+        image = self.images[light.environment]
+        if self.texture.image != image:
+            self.texture.image = image
+        # Blender turns the looked-up direction, so the panorama turns the other way.
+        self.mapping.inputs["Rotation"].default_value[2] = -math.radians(light.rotation_z_deg)
+
+
+def new_world(scene: bpy.types.Scene) -> LightingWorld:
+    """Give the scene a world that is one equirectangular picture."""
+    world = bpy.data.worlds.new("environment")
+    scene.world = world
+    world.cycles.sampling_method = "MANUAL"
+    world.cycles.sample_map_resolution = IMPORTANCE_MAP_PX
+    tree = world.node_tree
+    tree.nodes.clear()
+    coordinate = tree.nodes.new("ShaderNodeTexCoord")
+    mapping = tree.nodes.new("ShaderNodeMapping")
+    mapping.vector_type = "POINT"
+    texture = tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.projection = "EQUIRECTANGULAR"
+    texture.interpolation = "Linear"
+    background = tree.nodes.new("ShaderNodeBackground")
+    background.inputs["Strength"].default_value = 1.0
+    output = tree.nodes.new("ShaderNodeOutputWorld")
+    tree.links.new(coordinate.outputs["Generated"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
+    tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+    tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    return LightingWorld(mapping, texture)
+
+
+def _load(path: Path) -> bpy.types.Image:
+    if not path.is_file():
+        raise MissingAsset(f"environment: {path} is not there. Install bpy 5.2 again.")
+    image = bpy.data.images.load(str(path), check_existing=False)
+    image.colorspace_settings.name = "Linear Rec.709"
+    return image
