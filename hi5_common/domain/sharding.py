@@ -1,0 +1,45 @@
+"""How a dataset is cut into shards: index ranges that a worker renders in a minute or two."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from hi5_common.domain.spec import DatasetSpec, Quality
+
+TARGET_S = 90.0
+MAX_SHARDS = 20_000
+SECONDS_PER_MEGAPIXEL = {
+    Quality.DRAFT: 1.5,
+    Quality.STANDARD: 3.0,
+    Quality.HIGH: 8.0,
+    Quality.REFERENCE: 100.0,
+}
+SECONDS_PER_IMAGE = 0.4
+
+
+@dataclass(frozen=True)
+class ShardRange:
+    """Images [start, stop) of a dataset."""
+
+    number: int
+    start: int
+    stop: int
+
+
+def images_per_shard(spec: DatasetSpec) -> int:
+    """Return the shard size: what the spec says, else about TARGET_S of estimated work.
+
+    A dataset so large that this would make more than MAX_SHARDS shards gets larger shards.
+    """
+    if spec.images_per_shard is not None:
+        return spec.images_per_shard
+    megapixels = spec.image.width * spec.image.height / 1e6
+    seconds = SECONDS_PER_IMAGE + SECONDS_PER_MEGAPIXEL[spec.render.quality] * megapixels
+    by_time = max(1, min(1000, round(TARGET_S / seconds)))
+    by_number = -(-spec.count // MAX_SHARDS)
+    return max(by_time, by_number)
+
+
+def shard_ranges(count: int, size: int) -> Iterator[ShardRange]:
+    """Yield consecutive ranges of `size` images that cover 0..count-1; the last may be shorter."""
+    for number, start in enumerate(range(0, count, size)):
+        yield ShardRange(number, start, min(start + size, count))
