@@ -1,0 +1,98 @@
+"""The compiled hand: geometry, skin weights, skin maps and keypoints at rest."""
+
+import hashlib
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from hi5_common.domain.vocabulary import Gender, Handedness
+
+F8 = npt.NDArray[np.float64]
+F4 = npt.NDArray[np.float32]
+I4 = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class HandModel:
+    """A hand with its forearm at rest. Metres, float64.
+
+    Frame of a right hand: origin at the wrist joint, +x ulnar, +y along the middle-finger axis
+    (distal), +z dorsal. A left hand is its exact mirror image in x: there +x is radial.
+    Shapes: V vertices, F quads, B bones.
+    """
+
+    gender: Gender
+    handedness: Handedness
+    vertices_m: F8
+    """(V,3) closed control mesh at rest."""
+    quads: I4
+    """(F,4) wound counter-clockwise seen from outside."""
+    uvs: F4
+    """(F,4,2) per corner."""
+    weights: F8
+    """(V,B) skin weights, rows sum to 1."""
+    rotation_centres_m: F8
+    """(V,3) what each vertex turns about where its bones disagree."""
+    bone_names: tuple[str, ...]
+    parents: I4
+    """(B,) row of the parent, -1 for the root (forearm)."""
+    bone_heads_m: F8
+    """(B,3)"""
+    bone_tails_m: F8
+    """(B,3)"""
+    hinges: F8
+    """(5,3) unit flexion axis of thumb, index, middle, ring, little finger of a RIGHT hand."""
+    rest_angles_deg: F8
+    """(26,) absolute joint angles of the rest pose, in the order of ANGLE_NAMES."""
+    nail: F8
+    """(V,) 0..1"""
+    palm: F8
+    """(V,) 0..1 glabrous skin: palm, palmar side and end of the digits."""
+    forearm: npt.NDArray[np.bool_]
+    """(V,) proximal of the wrist."""
+    keypoints_m: F8
+    """(21,3) at rest, each in the middle of its cross-section."""
+    keypoint_weights: F8
+    """(21,B) rows sum to 1."""
+    part: I4
+    """(V,) index into parts.PARTS."""
+    content_hash: str
+    """SHA-256 over the arrays and the compiler's version."""
+
+    def mirrored(self) -> "HandModel":
+        """The other hand: x negated, winding reversed, texture coordinates kept per vertex."""
+        other = Handedness.LEFT if self.handedness is Handedness.RIGHT else Handedness.RIGHT
+        flip = np.array([-1.0, 1.0, 1.0])
+        flipped = replace(
+            self,
+            handedness=other,
+            vertices_m=self.vertices_m * flip,
+            quads=np.ascontiguousarray(self.quads[:, ::-1]),
+            uvs=np.ascontiguousarray(self.uvs[:, ::-1]),
+            rotation_centres_m=self.rotation_centres_m * flip,
+            bone_heads_m=self.bone_heads_m * flip,
+            bone_tails_m=self.bone_tails_m * flip,
+            keypoints_m=self.keypoints_m * flip,
+        )
+        return replace(flipped, content_hash=content_hash(flipped))
+
+
+COMPILER_VERSION = "1"
+"""Raised with every change that alters a compiled hand."""
+
+
+def content_hash(model: HandModel) -> str:
+    """SHA-256 over names, shapes and bytes of every field but the hash itself."""
+    digest = hashlib.sha256(COMPILER_VERSION.encode())
+    for field in fields(model):
+        value = getattr(model, field.name)
+        if field.name == "content_hash":
+            continue
+        digest.update(field.name.encode())
+        if isinstance(value, np.ndarray):
+            digest.update(f"{value.dtype.str}{value.shape}".encode())
+            digest.update(np.ascontiguousarray(value).tobytes())
+        else:
+            digest.update(repr(value).encode())
+    return digest.hexdigest()

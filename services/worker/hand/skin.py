@@ -1,0 +1,53 @@
+"""Skinning: bone transforms to posed skin and keypoints."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from services.worker.hand.angles import JointAngles
+from services.worker.hand.model import F8, HandModel
+from services.worker.hand.pose import posed_bones
+from services.worker.hand.rotation import matrices, quaternions, unit
+
+
+@dataclass(frozen=True, eq=False)
+class PosedHand:
+    """A posed hand in the elbow frame (see pose.py): metres, float64."""
+
+    vertices_m: F8
+    """(V,3)"""
+    keypoints_m: F8
+    """(21,3)"""
+    bones: F8
+    """(B,4,4) from rest to the elbow frame."""
+
+
+def posed_hand(model: HandModel, angles: JointAngles) -> PosedHand:
+    """The model in this pose: skin and keypoints in the elbow frame."""
+    bones = posed_bones(model, angles)
+    return PosedHand(
+        skinned(model.vertices_m, model.rotation_centres_m, model.weights, bones),
+        blended(model.keypoints_m, model.keypoint_weights, bones),
+        bones,
+    )
+
+
+def blended(points_m: F8, weights: F8, bones: F8) -> F8:
+    """Linear blend of the bones' transforms at points (N,3) with weights (N,B)."""
+    rotated = np.einsum("bij,nj->nbi", bones[:, :3, :3], points_m) + bones[:, :3, 3]
+    posed: F8 = np.einsum("nb,nbi->ni", weights, rotated)
+    return posed
+
+
+def skinned(points_m: F8, centres_m: F8, weights: F8, bones: F8) -> F8:
+    """Skin (N,3) turned about centres that move by linear blending.
+
+    Unlike linear blending alone this keeps a finger's thickness in a bend (Le and Hodgins 2016):
+    rotations are blended as quaternions, in the hemisphere of each vertex's heaviest bone.
+    """
+    quaternion = quaternions(bones[:, :3, :3])
+    agree = np.where(quaternion @ quaternion.T < 0.0, -1.0, 1.0)
+    signed = weights * agree[np.argmax(weights, axis=1)]
+    rotations = matrices(unit(signed @ quaternion))
+    offset: F8 = np.einsum("nij,nj->ni", rotations, points_m - centres_m)
+    return offset + blended(centres_m, weights, bones)

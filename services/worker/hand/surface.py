@@ -1,0 +1,83 @@
+"""Geometry of the hand's skin: triangles, normals, rays, sections."""
+
+import numpy as np
+
+from services.worker.hand.asset import F8, I4
+from services.worker.hand.rotation import unit
+
+
+def triangles(quads: I4) -> I4:
+    """(2F,3) the quads (F,4) split along their first diagonal."""
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def vertex_normals(vertices_m: F8, quads: I4) -> F8:
+    """Area-weighted unit normals (V,3)."""
+    corners = vertices_m[quads]
+    faces = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normals = np.zeros_like(vertices_m)
+    np.add.at(normals, quads.reshape(-1), np.repeat(faces, 4, axis=0))
+    return unit(normals)
+
+
+def ray_hits(origin_m: F8, directions: F8, vertices_m: F8, faces: I4) -> F8:
+    """Sorted distances (R,T) in metres at which rays from one origin meet triangles (T,3).
+
+    inf where there is none (Möller and Trumbore 1997, both sides counted).
+    """
+    corners = vertices_m[faces]
+    edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(edge1, edge2)
+    offset = origin_m - corners[:, 0]
+    det = -directions @ normal.T
+    turned = np.cross(offset, directions[:, None])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = np.einsum("tk,rtk->rt", edge2, turned) / det
+        v = -np.einsum("tk,rtk->rt", edge1, turned) / det
+        distance = np.einsum("tk,tk->t", offset, normal) / det
+        hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
+    return np.sort(np.where(hit, distance, np.inf), axis=1)
+
+
+def contains(points_m: F8, vertices_m: F8, faces: I4) -> F8:
+    """Winding number (N,) of a closed surface about points (N,3): 1 inside, 0 outside.
+
+    Van Oosterom and Strackee 1983. Where skin overlaps skin the number is 2.
+    """
+    a, b, c = np.moveaxis(vertices_m[faces][:, :, None] - points_m, 1, 0)
+    la, lb, lc = (np.linalg.norm(side, axis=2) for side in (a, b, c))
+    numerator = np.einsum("tnk,tnk->tn", a, np.cross(b, c))
+    dots = [np.einsum("tnk,tnk->tn", p, q) for p, q in ((a, b), (b, c), (c, a))]
+    denominator = la * lb * lc + dots[0] * lc + dots[1] * la + dots[2] * lb
+    winding: F8 = np.arctan2(numerator, denominator).sum(axis=0) / (2.0 * np.pi)
+    return winding
+
+
+def volume_m3(vertices_m: F8, faces: I4) -> float:
+    """Signed volume of a closed surface, positive when it is wound outward."""
+    a, b, c = np.moveaxis(vertices_m[faces], 1, 0)
+    return float(np.einsum("tk,tk->", a, np.cross(b, c)) / 6.0)
+
+
+def section_centre(centre_m: F8, normal: F8, vertices_m: F8, faces: I4, rays: int = 96) -> F8:
+    """Area centroid (3,) of the limb's section through centre_m across a normal.
+
+    The outline is what rays from the centre meet first, so the section must be star-shaped.
+    """
+    across = unit(np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]))
+    frame = np.stack([across, np.cross(unit(normal), across)])
+    turn = np.linspace(0.0, 2.0 * np.pi, rays, endpoint=False)
+    outline = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    reach = ray_hits(centre_m, outline @ frame, vertices_m, faces)[:, 0]
+    outline *= reach[:, None]
+    following = np.roll(outline, -1, axis=0)
+    area = outline[:, 0] * following[:, 1] - outline[:, 1] * following[:, 0]
+    shift = ((outline + following) * area[:, None]).sum(axis=0) / (3.0 * area.sum())
+    return centre_m + shift @ frame
+
+
+def chord_centre(centre_m: F8, direction: F8, vertices_m: F8, faces: I4) -> F8:
+    """The middle (3,) between the skin on either side of a point along a direction."""
+    way = unit(direction)
+    ahead, behind = ray_hits(centre_m, np.stack([way, -way]), vertices_m, faces)[:, 0]
+    return centre_m + way * (ahead - behind) / 2.0
