@@ -1,0 +1,1 @@
+"""The rows that are the truth. The only package that imports SQLAlchemy."""

@@ -1,0 +1,294 @@
+"""Datasets: submit, look at, cancel, retry, delete."""
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Protocol
+from uuid import UUID, uuid5
+
+from sqlalchemy import delete as delete_rows
+from sqlalchemy import func, insert, select, update
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+
+from hi5_common.db import clock, errors, events, rows
+from hi5_common.db.tables import DatasetRow, DeletedDatasetRow, EventRow, ShardRow
+from hi5_common.domain import lifecycle
+from hi5_common.domain import tallies as counting
+from hi5_common.domain.lifecycle import DatasetEvent, Transition
+from hi5_common.domain.records import Dataset, ShardStatus, Tallies
+from hi5_common.domain.sharding import ShardRange
+from hi5_common.domain.spec import DatasetSpec
+
+_BATCH = 1000
+
+
+class ShardPlan(Protocol):
+    """What a dataset needs to know of its plan."""
+
+    def shards(self) -> Iterable[ShardRange]:
+        """Return the ranges that cover every image once."""
+        ...
+
+
+@dataclass(frozen=True)
+class CreatedDataset:
+    """A dataset, and whether this call made it."""
+
+    dataset: Dataset
+    created: bool
+
+
+def create(
+    session: Session,
+    spec: DatasetSpec,
+    plan: ShardPlan,
+    *,
+    idempotency_key: str | None = None,
+    now: datetime | None = None,
+) -> CreatedDataset:
+    """Insert a dataset and all its shards; `now` is the database's own time unless given.
+
+    The same key with the same spec returns the dataset it made before. Raises
+    IdempotencyConflict if the key belongs to another spec.
+    """
+    earlier = _of_key(session, idempotency_key)
+    if earlier is not None:
+        return _same_again(session, earlier, spec, idempotency_key)
+    moment = now or session.scalars(select(clock.now())).one()
+    dataset_id = _new_id(moment)
+    try:
+        with session.begin_nested():
+            _insert_dataset(session, dataset_id, spec, idempotency_key, moment)
+    except IntegrityError:  # another request used the key between our look and our insert
+        earlier = _of_key(session, idempotency_key)
+        if earlier is None:
+            raise
+        return _same_again(session, earlier, spec, idempotency_key)
+    _insert_shards(session, dataset_id, plan, moment)
+    events.record_dataset(session, dataset_id, DatasetEvent.CREATE)
+    return CreatedDataset(get(session, dataset_id), created=True)
+
+
+def get(session: Session, dataset_id: UUID) -> Dataset:
+    """Return a dataset with its counts. Raises DatasetNotFound."""
+    return _records(session, [_row(session, dataset_id)])[0]
+
+
+def spec(session: Session, dataset_id: UUID) -> DatasetSpec:
+    """Return only the spec of a dataset. Raises DatasetNotFound."""
+    return DatasetSpec.model_validate_json(_row(session, dataset_id).spec)
+
+
+def page(session: Session, limit: int, after_id: UUID | None = None) -> list[Dataset]:
+    """Return the newest datasets first; `after_id` is the last one of the page before."""
+    query = select(DatasetRow)
+    if after_id is not None:
+        query = query.where(DatasetRow.id < after_id)
+    found = session.scalars(query.order_by(DatasetRow.id.desc()).limit(limit))
+    return _records(session, list(found))
+
+
+def request_cancel(session: Session, dataset_id: UUID) -> Dataset:
+    """Cancel pending shards now and leased ones as soon as their workers ask. Idempotent.
+
+    Raises DatasetNotFound.
+    """
+    _row(session, dataset_id)
+    asked = session.scalar(
+        update(DatasetRow)
+        .where(DatasetRow.id == dataset_id, DatasetRow.cancel_requested_at.is_(None))
+        .values(cancel_requested_at=clock.now())
+        .returning(DatasetRow.id)
+    )
+    if asked is not None:
+        events.record_dataset(session, dataset_id, DatasetEvent.REQUEST_CANCEL)
+    cancel_pending(session, dataset_id)
+    session.expire_all()
+    return get(session, dataset_id)
+
+
+def cancel_pending(session: Session, dataset_id: UUID) -> int:
+    """Move a dataset's pending shards to cancelled; return how many."""
+    cancelled = list(
+        session.scalars(
+            update(ShardRow)
+            .where(ShardRow.dataset_id == dataset_id, ShardRow.status == ShardStatus.PENDING.value)
+            .values(
+                status=lifecycle.target(Transition.CANCEL).value, changed_at=clock.now(), progress=0
+            )
+            .returning(ShardRow.id)
+            .execution_options(synchronize_session=False)
+        )
+    )
+    events.record_shards(session, cancelled, Transition.CANCEL)
+    return len(cancelled)
+
+
+def retry_failed(session: Session, dataset_id: UUID) -> int:
+    """Make failed shards pending again with a clean count of failures; return how many.
+
+    Raises DatasetNotFound.
+    """
+    _row(session, dataset_id)
+    revived = list(
+        session.scalars(
+            update(ShardRow)
+            .where(ShardRow.dataset_id == dataset_id, ShardRow.status == ShardStatus.FAILED.value)
+            .values(
+                status=lifecycle.target(Transition.REVIVE).value,
+                failures=0,
+                failure_reason=None,
+                not_before=clock.now(),
+                rung_at=None,
+                changed_at=clock.now(),
+            )
+            .returning(ShardRow.id)
+            .execution_options(synchronize_session=False)
+        )
+    )
+    events.record_shards(session, revived, Transition.REVIVE)
+    return len(revived)
+
+
+def delete(session: Session, dataset_id: UUID) -> None:
+    """Delete every row of a dataset; the keeper removes its objects later.
+
+    A worker that still renders for it loses its lease. Raises DatasetNotFound.
+    """
+    _row(session, dataset_id)
+    for table in (EventRow, ShardRow):
+        session.execute(
+            delete_rows(table)
+            .where(table.dataset_id == dataset_id)
+            .execution_options(synchronize_session=False)
+        )
+    session.execute(delete_rows(DatasetRow).where(DatasetRow.id == dataset_id))
+    session.execute(insert(DeletedDatasetRow).values(id=dataset_id, deleted_at=clock.now()))
+
+
+def tallies(session: Session, dataset_id: UUID) -> Tallies:
+    """Add up what the published shards of a dataset delivered."""
+    published = session.scalars(
+        select(ShardRow.publication)
+        .where(ShardRow.dataset_id == dataset_id, ShardRow.status == ShardStatus.DONE.value)
+        .execution_options(yield_per=_BATCH)
+    )
+    total = counting.EMPTY
+    for batch in published.partitions():
+        parts = [rows.publication(document).tallies for document in batch if document is not None]
+        total = counting.add(total, *parts)
+    return total
+
+
+def _new_id(moment: datetime) -> UUID:
+    """Return a UUID of version 7: ids sort by their time of creation."""
+    milliseconds = int(moment.timestamp() * 1000)
+    noise = int.from_bytes(os.urandom(10), "big")
+    value = (milliseconds << 80) | noise
+    value = (value & ~(0xF << 76)) | (0x7 << 76)
+    return UUID(int=(value & ~(0x3 << 62)) | (0x2 << 62))
+
+
+def _row(session: Session, dataset_id: UUID) -> DatasetRow:
+    row = session.get(DatasetRow, dataset_id)
+    if row is None:
+        raise errors.DatasetNotFound(dataset_id)
+    return row
+
+
+def _of_key(session: Session, key: str | None) -> DatasetRow | None:
+    if key is None:
+        return None
+    return session.scalar(select(DatasetRow).where(DatasetRow.idempotency_key == key))
+
+
+def _same_again(
+    session: Session, row: DatasetRow, asked: DatasetSpec, key: str | None
+) -> CreatedDataset:
+    if row.spec != asked.canonical_json():
+        raise errors.IdempotencyConflict(str(key))
+    return CreatedDataset(_records(session, [row])[0], created=False)
+
+
+def _insert_dataset(
+    session: Session, dataset_id: UUID, asked: DatasetSpec, key: str | None, moment: datetime
+) -> None:
+    session.execute(
+        insert(DatasetRow).values(
+            id=dataset_id,
+            spec=asked.canonical_json(),
+            image_count=asked.count,
+            idempotency_key=key,
+            created_at=moment,
+        )
+    )
+
+
+def _insert_shards(session: Session, dataset_id: UUID, plan: ShardPlan, moment: datetime) -> None:
+    batch = [
+        {
+            "id": uuid5(dataset_id, str(cut.number)),
+            "dataset_id": dataset_id,
+            "number": cut.number,
+            "start": cut.start,
+            "stop": cut.stop,
+            "status": ShardStatus.PENDING.value,
+            "attempt": 0,
+            "failures": 0,
+            "progress": 0,
+            "not_before": moment,
+            "changed_at": moment,
+        }
+        for cut in plan.shards()
+    ]
+    session.execute(insert(ShardRow), batch)
+
+
+def _records(session: Session, found: Sequence[DatasetRow]) -> list[Dataset]:
+    counts = _counts(session, [row.id for row in found])
+    return [_record(row, counts.get(row.id, {})) for row in found]
+
+
+@dataclass(frozen=True)
+class _Count:
+    shards: int
+    images: int
+    progress: int
+
+
+def _counts(session: Session, ids: Sequence[UUID]) -> dict[UUID, dict[ShardStatus, _Count]]:
+    grouped = session.execute(
+        select(
+            ShardRow.dataset_id,
+            ShardRow.status,
+            func.count(),
+            func.sum(ShardRow.stop - ShardRow.start),
+            func.sum(ShardRow.progress),
+        )
+        .where(ShardRow.dataset_id.in_(ids))
+        .group_by(ShardRow.dataset_id, ShardRow.status)
+    )
+    found: dict[UUID, dict[ShardStatus, _Count]] = {}
+    for dataset_id, status, shards, images, progress in grouped:
+        count = _Count(int(shards), int(images), int(progress))
+        found.setdefault(dataset_id, {})[ShardStatus(status)] = count
+    return found
+
+
+def _record(row: DatasetRow, counts: Mapping[ShardStatus, _Count]) -> Dataset:
+    by_status = {status: counts[status].shards for status in ShardStatus if status in counts}
+    done, leased = counts.get(ShardStatus.DONE), counts.get(ShardStatus.LEASED)
+    return Dataset(
+        id=row.id,
+        spec=DatasetSpec.model_validate_json(row.spec),
+        created_at=row.created_at,
+        cancel_requested_at=row.cancel_requested_at,
+        status=lifecycle.dataset_status(
+            by_status, cancel_requested=row.cancel_requested_at is not None
+        ),
+        shards_by_status=by_status,
+        images_done=done.images if done else 0,
+        images_in_progress=leased.progress if leased else 0,
+    )

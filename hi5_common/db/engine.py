@@ -1,0 +1,159 @@
+"""A database to work with: SQLite in a file or Postgres, with the same promises."""
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import sqlalchemy
+from sqlalchemy import Connection, Engine, event, exc
+from sqlalchemy.engine import URL, make_url
+from sqlalchemy.orm import Session
+from sqlalchemy.pool import ConnectionPoolEntry
+
+from hi5_common.db import errors
+from hi5_common.domain.errors import InvalidInput, Problem
+
+BUSY_TIMEOUT_MS = 10_000
+_READ_ONLY = "hi5_read_only"
+# No psycopg wait is without a limit: a lease outlives a hung connection, a worker must not.
+_POSTGRES_OPTIONS = (
+    "-c statement_timeout=15000 -c lock_timeout=10000 -c idle_in_transaction_session_timeout=30000"
+)
+
+
+@dataclass(frozen=True)
+class Database:
+    """An engine and the two ways to use it."""
+
+    engine: Engine
+
+    @contextmanager
+    def transaction(self) -> Iterator[Session]:
+        """Yield a session that commits at the end of the block and rolls back on an error.
+
+        On SQLite it takes the write lock at once. Objects read inside stay readable outside.
+        Raises DatabaseUnavailable when trying again may help; whether the commit happened is
+        then unknown, and every function of this package may be called again.
+        """
+        with (
+            _translated(),
+            Session(self.engine, expire_on_commit=False) as session,
+            session.begin(),
+        ):
+            yield session
+
+    @contextmanager
+    def snapshot(self) -> Iterator[Session]:
+        """Yield a session for reading only: on SQLite it waits for no writer."""
+        with (
+            _translated(),
+            self.engine.connect().execution_options(**{_READ_ONLY: True}) as connection,
+            Session(connection, expire_on_commit=False) as session,
+        ):
+            yield session
+
+    def dispose(self) -> None:
+        """Close every connection."""
+        self.engine.dispose()
+
+
+def open_database(url: str) -> Database:
+    """Open a database whose tables exist (see migrate.upgrade). Nothing connects until used."""
+    parsed = normalized(url)
+    engine = _sqlite_engine(parsed) if _is_sqlite(parsed) else _postgres_engine(parsed)
+    return Database(engine)
+
+
+def normalized(url: str) -> URL:
+    """Return the URL with the one driver we use for each database; refuse other databases."""
+    parsed = make_url(url)
+    backend = parsed.get_backend_name()
+    if backend == "sqlite" and parsed.database not in {None, "", ":memory:"}:
+        return parsed.set(drivername="sqlite+pysqlite")
+    if backend in {"postgresql", "postgres"}:
+        return parsed.set(drivername="postgresql+psycopg")
+    remedy = "Use sqlite:///<file> or postgresql://user:password@host:port/name."
+    shown = parsed.render_as_string(hide_password=True)
+    raise InvalidInput([Problem("HI5_DATABASE_URL", shown, remedy)])
+
+
+def make_write_ahead(engine: Engine) -> None:
+    """Switch a new SQLite file to write-ahead logging, which it then remembers.
+
+    Done once: setting the mode again on each connection takes exclusive locks.
+    """
+    if engine.dialect.name != "sqlite":
+        return
+    with engine.connect() as connection:
+        raw = cast(sqlite3.Connection, connection.connection.driver_connection)
+        if raw.execute("PRAGMA journal_mode").fetchone()[0] != "wal":
+            raw.execute("PRAGMA journal_mode = WAL")
+
+
+def _is_sqlite(url: URL) -> bool:
+    return url.get_backend_name() == "sqlite"
+
+
+def _postgres_engine(url: URL) -> Engine:
+    return sqlalchemy.create_engine(
+        url,
+        pool_pre_ping=True,
+        pool_recycle=1800,
+        pool_timeout=10,
+        isolation_level="READ COMMITTED",
+        connect_args={
+            "connect_timeout": 5,
+            "options": _POSTGRES_OPTIONS,
+            "keepalives": 1,
+            "keepalives_idle": 10,
+            "keepalives_interval": 5,
+            "keepalives_count": 3,
+            "tcp_user_timeout": 30_000,
+        },
+    )
+
+
+def _sqlite_engine(url: URL) -> Engine:
+    Path(str(url.database)).parent.mkdir(parents=True, exist_ok=True)
+    engine = sqlalchemy.create_engine(url, pool_timeout=10)
+    event.listen(engine, "connect", _prepare_sqlite)
+    event.listen(engine, "begin", _begin_sqlite)
+    return engine
+
+
+def _prepare_sqlite(connection: Any, _record: ConnectionPoolEntry) -> None:
+    connection.isolation_level = None  # we write BEGIN ourselves
+    for pragma in (
+        f"busy_timeout = {BUSY_TIMEOUT_MS}",
+        "synchronous = FULL",
+        "foreign_keys = ON",
+    ):
+        connection.execute(f"PRAGMA {pragma}")
+
+
+def _begin_sqlite(connection: Connection) -> None:
+    # A transaction that reads first and writes later could otherwise fail half-way as "locked".
+    read_only = connection.get_execution_options().get(_READ_ONLY, False)
+    connection.exec_driver_sql("BEGIN" if read_only else "BEGIN IMMEDIATE")
+
+
+@contextmanager
+def _translated() -> Iterator[None]:
+    try:
+        yield
+    except (exc.OperationalError, exc.InterfaceError, exc.TimeoutError) as error:
+        if "no such table" in str(error) or "no such column" in str(error):
+            raise errors.DatabaseOutdated from error
+        raise errors.DatabaseUnavailable(_first_line(error)) from error
+    except exc.ProgrammingError as error:
+        if "does not exist" in str(error):
+            raise errors.DatabaseOutdated from error
+        raise
+
+
+def _first_line(error: exc.SQLAlchemyError) -> str:
+    cause = getattr(error, "orig", None) or error
+    return f"{errors.DatabaseUnavailable.__doc__} ({str(cause).splitlines()[0]})"

@@ -1,0 +1,85 @@
+"""Bring a database to a revision: `python -m hi5_common.db.migrate upgrade|downgrade|current`."""
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from alembic import command
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection, text
+
+from hi5_common.db.engine import make_write_ahead, open_database
+from hi5_common.settings import Settings
+
+_LOCK = 7_435_001  # any fixed number: migrations of hi5 exclude each other
+
+
+def upgrade(url: str, revision: str = "head") -> None:
+    """Create or bring forward the tables. Safe to run from several processes at once."""
+    _run(url, lambda config: command.upgrade(config, revision))
+
+
+def downgrade(url: str, revision: str) -> None:
+    """Take the tables back to a revision; "base" removes them with everything in them."""
+    _run(url, lambda config: command.downgrade(config, revision))
+
+
+def current(url: str) -> str | None:
+    """Return the revision of a database, or None if it is empty."""
+    database = open_database(url)
+    try:
+        with database.engine.connect() as connection:
+            return MigrationContext.configure(connection).get_current_revision()
+    finally:
+        database.dispose()
+
+
+def head() -> str | None:
+    """Return the newest revision this version of hi5 knows."""
+    return ScriptDirectory.from_config(_config()).get_current_head()
+
+
+def main(arguments: list[str]) -> int:
+    """Run one command against HI5_DATABASE_URL."""
+    parser = argparse.ArgumentParser(prog="hi5_common.db.migrate", description=__doc__)
+    parser.add_argument("command", choices=("upgrade", "downgrade", "current"))
+    parser.add_argument("revision", nargs="?")
+    asked = parser.parse_args(arguments)
+    url = Settings().resolved_database_url
+    if asked.command == "upgrade":
+        upgrade(url, asked.revision or "head")
+    elif asked.command == "downgrade":
+        downgrade(url, asked.revision or "-1")
+    sys.stdout.write(f"{current(url) or 'empty'}\n")
+    return 0
+
+
+def _run(url: str, act: Callable[[Config], None]) -> None:
+    database = open_database(url)
+    try:
+        make_write_ahead(database.engine)
+        with database.engine.begin() as connection:
+            _exclude_others(connection)
+            act(_config(connection))
+    finally:
+        database.dispose()
+
+
+def _exclude_others(connection: Connection) -> None:
+    if connection.dialect.name == "postgresql":
+        connection.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": _LOCK})
+
+
+def _config(connection: Connection | None = None) -> Config:
+    config = Config()
+    config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
+    if connection is not None:
+        config.attributes["connection"] = connection
+    return config
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))

@@ -1,0 +1,47 @@
+"""Whether a shard that failed is tried again, and when: a pure function of how it failed."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+MAX_FAILURES = 5
+FIRST_DELAY_S = 5.0
+LONGEST_DELAY_S = 300.0
+
+
+class FailureKind(StrEnum):
+    """Why an attempt ended without a publication."""
+
+    LEASE_EXPIRED = "lease_expired"
+    CHILD_START = "child_start"
+    IMAGE = "image"
+    STORE = "store"
+    WRONG_BYTES = "wrong_bytes"
+    INTERNAL = "internal"
+
+
+PERMANENT = frozenset({FailureKind.IMAGE})
+"""An image is a pure function of its index: what failed three times fails for ever."""
+
+
+@dataclass(frozen=True)
+class RetryLater:
+    """Try again no sooner than `delay_s` seconds from now."""
+
+    delay_s: float
+
+
+@dataclass(frozen=True)
+class GiveUp:
+    """Do not try again unless a user asks for it."""
+
+
+def decide(kind: FailureKind, failures: int) -> RetryLater | GiveUp:
+    """Decide after the `failures`-th failure (1 is the first) of a shard.
+
+    A first lost lease is retried at once: most often a machine went away, not the work.
+    """
+    if kind in PERMANENT or failures >= MAX_FAILURES:
+        return GiveUp()
+    if kind is FailureKind.LEASE_EXPIRED and failures == 1:
+        return RetryLater(0.0)
+    return RetryLater(min(FIRST_DELAY_S * 2.0 ** (failures - 1), LONGEST_DELAY_S))

@@ -1,0 +1,41 @@
+"""Counting delivered images by attribute value and by pair of values."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from itertools import combinations
+
+from hi5_common.domain.records import Tallies
+from hi5_common.domain.vocabulary import Attribute
+
+EMPTY = Tallies({}, {})
+
+
+def value_key(attribute: Attribute, value: str) -> str:
+    """Return the key of one value in `Tallies.values`."""
+    return f"{attribute.value}={value}"
+
+
+def pair_key(first: tuple[Attribute, str], second: tuple[Attribute, str]) -> str:
+    """Return the key of a pair in `Tallies.pairs`; the first comes first in planning order."""
+    return f"{value_key(*first)}&{value_key(*second)}"
+
+
+def tally(cells: Iterable[Mapping[Attribute, str]]) -> Tallies:
+    """Count the values and pairs of values of a number of images."""
+    values: Counter[str] = Counter()
+    pairs: Counter[str] = Counter()
+    for cell in cells:
+        ordered = [(attribute, str(cell[attribute])) for attribute in Attribute]
+        values.update(value_key(*item) for item in ordered)
+        pairs.update(pair_key(a, b) for a, b in combinations(ordered, 2))
+    return Tallies(dict(values), dict(pairs))
+
+
+def add(*parts: Tallies) -> Tallies:
+    """Add counts up."""
+    values: Counter[str] = Counter()
+    pairs: Counter[str] = Counter()
+    for part in parts:
+        values.update(part.values)
+        pairs.update(part.pairs)
+    return Tallies(dict(values), dict(pairs))
