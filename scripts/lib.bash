@@ -50,14 +50,14 @@ need_uv() {
 install_uv_by_venv() {
     rm -rf .tools/uv
     python3 -m venv .tools/uv >/dev/null 2>&1 || return 1
-    .tools/uv/bin/python -m pip install --quiet --require-hashes --no-deps -r locks/uv.txt >&2
+    .tools/uv/bin/python -m pip install --quiet --require-hashes --no-deps -r locks/installer.txt >&2
 }
 
 # A python3 with pip and without venv, as some images have it.
 install_uv_by_pip() {
     python3 -m pip --version >/dev/null 2>&1 || return 1
     rm -rf .tools/uv
-    python3 -m pip install --quiet --require-hashes --no-deps --target .tools/uv -r locks/uv.txt >&2
+    python3 -m pip install --quiet --require-hashes --no-deps --target .tools/uv -r locks/installer.txt >&2
 }
 
 is_python_3_13() { # is_python_3_13 PATH
