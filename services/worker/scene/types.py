@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from hi5_common.domain.plan import Cell
 from hi5_common.domain.vocabulary import Environment, Pose
-from services.worker.hand.pose import JointAngles
+from services.worker.hand.angles import JointAngles
 
 Array = npt.NDArray[np.float64]
 Rgb = tuple[float, float, float]
@@ -65,24 +65,56 @@ class Light:
 
 @dataclass(frozen=True)
 class Skin:
-    """Diffuse albedos in linear sRGB (Rec. 709, D65), scattering radius in mm, roughness."""
+    """Diffuse albedos in linear sRGB (Rec. 709, D65), transport mean free path in mm, roughness."""
 
     ita_deg: float
     dorsum_rgb: Rgb
     palm_rgb: Rgb
     nail_rgb: Rgb
-    subsurface_radius_mm: Rgb
+    mean_free_path_mm: Rgb
     roughness: float
+
+
+@dataclass(frozen=True)
+class Stance:
+    """How the forearm stands in the world: elevation above the horizon, turn about the vertical.
+
+    The hand's owner looks along +y with +x to the right; azimuth 0 points the forearm along +y.
+    """
+
+    elevation_deg: float
+    azimuth_deg: float
+
+
+@dataclass(frozen=True)
+class PolarView:
+    """The camera around the hand's middle: where it stands and how it is turned from looking there.
+
+    Azimuth is measured from the world's +y towards +x, elevation above the horizon. Pitch, yaw
+    and roll are rotations about the camera's own x, y and z axes after it was aimed at the hand.
+    """
+
+    azimuth_deg: float
+    elevation_deg: float
+    distance_m: float
+    pitch_deg: float
+    yaw_deg: float
+    roll_deg: float
 
 
 @dataclass(frozen=True, eq=False)
 class HandScene:
-    """One image's scene. `view_attempt` counts the views that were rejected before this one."""
+    """One image's scene. `view_attempt` counts the views that were rejected before this one.
+
+    hand_to_world (4, 4) takes the posed hand's elbow frame to the world, metres.
+    """
 
     index: int
     cell: Cell
     blend: PoseBlend
     angles: JointAngles
+    stance: Stance
+    view: PolarView
     hand_to_world: Array
     camera: Camera
     light: Light

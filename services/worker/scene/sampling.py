@@ -1,0 +1,105 @@
+"""From a cell of the plan to a resolved scene: every free factor drawn by its own key."""
+
+import math
+
+import numpy as np
+
+from hi5_common.domain.errors import PermanentError
+from hi5_common.domain.plan import Cell, Plan
+from hi5_common.domain.seeding import factor_rng, render_seed
+from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.vocabulary import Environment
+from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
+from services.worker.hand.skin import posed_hand
+from services.worker.scene.environments import mean_luminance
+from services.worker.scene.geometry import transformed
+from services.worker.scene.library import HandLibrary
+from services.worker.scene.poses import blended_angles, draw_blend
+from services.worker.scene.skin import skin_of
+from services.worker.scene.types import Array, Camera, HandScene, Light, PolarView, Stance
+from services.worker.scene.view import (
+    camera_at,
+    draw_intrinsics,
+    draw_stance,
+    draw_view,
+    polar_direction,
+    view_will_do,
+)
+
+MAX_BLEND = 0.25
+MAX_VIEW_ATTEMPTS = 1000
+EXPOSURE_SPREAD_EV = 0.5
+GREY_LEVEL = 0.5
+"""Linear display level given to a white diffuse surface under the mean light of a panorama."""
+
+
+class NoViewFound(PermanentError):
+    """No view of a scene shows enough of the hand."""
+
+
+def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) -> HandScene:
+    """Resolve image `index` of a spec: a pure function of (spec, seed, index).
+
+    A view that will not do (see `view.py`) is drawn again inside the same cell, so counts stay
+    exact. Raises NoViewFound after MAX_VIEW_ATTEMPTS.
+    """
+    cell = plan.cell(index)
+    blend = draw_blend(cell.pose, factor_rng(spec.seed, index, "pose_blend"), MAX_BLEND)
+    angles = blended_angles(blend)
+    model = hands.hand(cell.gender, cell.handedness).model
+    skin_m = posed_hand(model, angles).vertices_m
+    hand_m, arm_m = skin_m[~model.forearm], skin_m[model.forearm]
+    for attempt in range(MAX_VIEW_ATTEMPTS):
+        stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, hand_m)
+        if view_will_do(camera, transformed(placed, hand_m), transformed(placed, arm_m), stance):
+            break
+    else:
+        raise NoViewFound(f"Image {index}: none of {MAX_VIEW_ATTEMPTS} views shows the hand.")
+    return HandScene(
+        index=index,
+        cell=cell,
+        blend=blend,
+        angles=angles,
+        stance=stance,
+        view=view,
+        hand_to_world=placed,
+        camera=camera,
+        light=_draw_light(cell.environment, spec.seed, index),
+        skin=skin_of(cell.skin_tone),
+        view_attempt=attempt,
+        render_seed=render_seed(spec.seed, index),
+    )
+
+
+def hand_to_world(stance: Stance, cell: Cell) -> Array:
+    """Return the (4, 4) transform that stands the elbow frame in the world, wrist at the origin."""
+    forearm = polar_direction(stance.azimuth_deg, stance.elevation_deg)
+    thumb_up = polar_direction(stance.azimuth_deg, stance.elevation_deg + 90.0)
+    axes = np.array([FOREARM_AXIS, thumb_up_axis(cell.handedness)])
+    source = np.vstack([axes, np.cross(*axes)])
+    target = np.vstack([forearm, thumb_up, np.cross(forearm, thumb_up)])
+    matrix = np.eye(4)
+    matrix[:3, :3] = target.T @ source
+    return matrix
+
+
+def _draw_attempt(
+    spec: DatasetSpec, cell: Cell, index: int, attempt: int, hand_m: Array
+) -> tuple[Stance, PolarView, Array, Camera]:
+    stance = draw_stance(factor_rng(spec.seed, index, "stance", attempt))
+    placed = hand_to_world(stance, cell)
+    lens = draw_intrinsics(spec.image, factor_rng(spec.seed, index, "lens", attempt))
+    middle_m = (hand_m.min(axis=0) + hand_m.max(axis=0)) / 2.0
+    radius_m = float(np.linalg.norm(hand_m - middle_m, axis=1).max())
+    view_rng = factor_rng(spec.seed, index, "view", attempt)
+    view = draw_view(cell.viewpoint, lens, radius_m, view_rng)
+    target_m = transformed(placed, middle_m[None])[0]
+    return stance, view, placed, camera_at(view, target_m, lens)
+
+
+def _draw_light(environment: Environment, seed: int, index: int) -> Light:
+    rng = factor_rng(seed, index, "light")
+    turn_deg = float(rng.uniform(0.0, 360.0))
+    base_ev = math.log2(GREY_LEVEL / mean_luminance(environment))
+    spread_ev = float(np.clip(rng.normal(0.0, EXPOSURE_SPREAD_EV), -1.0, 1.0))
+    return Light(environment, turn_deg, base_ev + spread_ev)

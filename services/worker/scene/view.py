@@ -1,0 +1,148 @@
+"""Where the camera stands: polar coordinates around the hand, and whether a view will do."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hi5_common.domain.spec import ImageRequest
+from hi5_common.domain.vocabulary import Viewpoint
+from services.worker.scene.geometry import transformed
+from services.worker.scene.types import Array, Camera, Intrinsics, PolarView, Stance
+
+MAX_OUT_OF_FRAME = 0.25
+MIN_DISTANCE_M = 0.08
+ALONG_FOREARM_DEG = 40.0
+INTO_FINGERTIPS_DEG = 20.0
+FIELD_OF_VIEW_DEG = (35.0, 65.0)
+HAND_SHARE_OF_FRAME = (0.38, 0.9)
+
+
+@dataclass(frozen=True)
+class ViewRange:
+    """Azimuths (either of the centres, give or take `spread_deg`) and elevations of a viewpoint."""
+
+    centres_deg: tuple[float, ...]
+    spread_deg: float
+    elevation_deg: tuple[float, float]
+
+
+VIEW_RANGES = {
+    Viewpoint.FIRST_PERSON: ViewRange((180.0,), 30.0, (10.0, 55.0)),
+    Viewpoint.SECOND_PERSON: ViewRange((0.0,), 50.0, (-10.0, 35.0)),
+    Viewpoint.THIRD_PERSON: ViewRange((-90.0, 90.0), 40.0, (-20.0, 45.0)),
+}
+
+
+def draw_stance(rng: np.random.Generator) -> Stance:
+    """Draw how the forearm stands: from reaching forward to upright."""
+    return Stance(float(rng.uniform(20.0, 90.0)), float(rng.uniform(-25.0, 25.0)))
+
+
+def draw_intrinsics(image: ImageRequest, rng: np.random.Generator) -> Intrinsics:
+    """Draw a field of view over the shorter side; square pixels, centred principal point."""
+    side_px = min(image.width, image.height)
+    half_angle = math.radians(float(rng.uniform(*FIELD_OF_VIEW_DEG))) / 2.0
+    focal_px = side_px / 2.0 / math.tan(half_angle)
+    centre = (image.width / 2.0, image.height / 2.0)
+    return Intrinsics(focal_px, focal_px, *centre, image.width, image.height)
+
+
+def draw_view(
+    viewpoint: Viewpoint, lens: Intrinsics, radius_m: float, rng: np.random.Generator
+) -> PolarView:
+    """Draw a camera position from which a hand of this radius fills a drawn share of the frame."""
+    ranges = VIEW_RANGES[viewpoint]
+    centre = ranges.centres_deg[int(rng.integers(len(ranges.centres_deg)))]
+    share = math.exp(rng.uniform(*np.log(HAND_SHARE_OF_FRAME)))
+    side_px = min(lens.width_px, lens.height_px)
+    field_deg = 2.0 * math.degrees(math.atan(side_px / 2.0 / lens.fx_px))
+    slack_deg = field_deg / 2.0 * (1.0 - share) + 2.0
+    return PolarView(
+        azimuth_deg=centre + float(rng.uniform(-ranges.spread_deg, ranges.spread_deg)),
+        elevation_deg=float(rng.uniform(*ranges.elevation_deg)),
+        distance_m=2.0 * radius_m * lens.fx_px / (share * side_px),
+        pitch_deg=float(rng.uniform(-slack_deg, slack_deg)),
+        yaw_deg=float(rng.uniform(-slack_deg, slack_deg)),
+        roll_deg=float(np.clip(rng.normal(0.0, 10.0), -30.0, 30.0)),
+    )
+
+
+def polar_direction(azimuth_deg: float, elevation_deg: float) -> Array:
+    """Return the unit vector (3,): azimuth from +y towards +x, elevation above the horizon."""
+    azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
+    level = math.cos(elevation)
+    return np.array([level * math.sin(azimuth), level * math.cos(azimuth), math.sin(elevation)])
+
+
+def camera_at(view: PolarView, target_m: Array, lens: Intrinsics) -> Camera:
+    """Stand a camera at a polar view of a target (3,), aim it there, then turn it."""
+    outward = polar_direction(view.azimuth_deg, view.elevation_deg)
+    forward = -outward
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    aimed = np.stack([right, np.cross(forward, right), forward])
+    turned = _rotation_xyz(view.pitch_deg, view.yaw_deg, view.roll_deg) @ aimed
+    world_to_camera = np.eye(4)
+    world_to_camera[:3, :3] = turned
+    world_to_camera[:3, 3] = -turned @ (target_m + view.distance_m * outward)
+    return Camera(lens, world_to_camera)
+
+
+def view_will_do(camera: Camera, hand_m: Array, arm_m: Array, stance: Stance) -> bool:
+    """Tell whether a view shows the hand: near enough whole, not end on, camera outside it.
+
+    hand_m (N, 3) are points of the hand's skin, arm_m (M, 3) of the forearm's, in the world.
+    """
+    if transformed(camera.world_to_camera, np.concatenate([hand_m, arm_m]))[:, 2].min() < 0:
+        return False
+    if in_frame_share(camera, hand_m) < 1.0 - MAX_OUT_OF_FRAME:
+        return False
+    return _far_enough(camera, hand_m, arm_m) and not _end_on(camera, hand_m, stance)
+
+
+def in_frame_share(camera: Camera, points_m: Array) -> float:
+    """Return the share of points (N, 3) that lie in front of the camera and inside the frame."""
+    lens = camera.intrinsics
+    in_camera = transformed(camera.world_to_camera, points_m)
+    depth = in_camera[:, 2]
+    ahead = depth > 0
+    safe = np.where(ahead, depth, 1.0)
+    x = lens.fx_px * in_camera[:, 0] / safe + lens.cx_px
+    y = lens.fy_px * in_camera[:, 1] / safe + lens.cy_px
+    inside = (x >= 0) & (x < lens.width_px) & (y >= 0) & (y < lens.height_px)
+    return float(np.mean(ahead & inside))
+
+
+def _far_enough(camera: Camera, hand_m: Array, arm_m: Array) -> bool:
+    position = camera_position(camera)
+    nearest = min(np.linalg.norm(points - position, axis=1).min() for points in (hand_m, arm_m))
+    return bool(nearest >= MIN_DISTANCE_M)
+
+
+def _end_on(camera: Camera, hand_m: Array, stance: Stance) -> bool:
+    towards = camera_position(camera) - hand_m.mean(axis=0)
+    forearm = polar_direction(stance.azimuth_deg, stance.elevation_deg)
+    cosine = float(towards @ forearm / np.linalg.norm(towards))
+    angle_deg = math.degrees(math.acos(np.clip(cosine, -1.0, 1.0)))
+    return angle_deg < INTO_FINGERTIPS_DEG or angle_deg > 180.0 - ALONG_FOREARM_DEG
+
+
+def camera_position(camera: Camera) -> Array:
+    """Return where the camera stands in the world, (3,) metres."""
+    rotation = camera.world_to_camera[:3, :3]
+    position: Array = -rotation.T @ camera.world_to_camera[:3, 3]
+    return position
+
+
+def _rotation_xyz(x_deg: float, y_deg: float, z_deg: float) -> Array:
+    """Return the (3, 3) rotation about x, then y, then z."""
+    (cx, sx), (cy, sy), (cz, sz) = (
+        (math.cos(math.radians(angle)), math.sin(math.radians(angle)))
+        for angle in (x_deg, y_deg, z_deg)
+    )
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1.0]])
+    rotation: Array = about_z @ about_y @ about_x
+    return rotation
