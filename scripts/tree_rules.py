@@ -14,6 +14,8 @@ MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 60
 BANNED_CLASS_SUFFIXES = ("Manager", "Helper", "Util", "Utils", "Utility")
 TEXT_MAX_BYTES = 2_000_000
+DECLARATIVE = "hi5_common/db/migrations/"  # a table's columns are one list, however long
+PURE = ("hi5_common/domain/", "services/worker/scene/", "services/worker/label/")
 PYTHON_ROOTS = ("hi5_common", "services", "tests", "scripts", "benchmarks")
 
 # Put together from parts, or this file would break its own rule.
@@ -57,7 +59,7 @@ def breaches_of_python(path: Path, text: str) -> Iterator[str]:
 def _breaches_of_node(path: Path, node: ast.AST) -> Iterator[str]:
     if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
         lines = (node.end_lineno or node.lineno) - node.lineno + 1
-        if lines > MAX_FUNCTION_LINES:
+        if lines > MAX_FUNCTION_LINES and not str(path).startswith(DECLARATIVE):
             yield f"{path}:{node.lineno}: {node.name}: {lines} lines, over {MAX_FUNCTION_LINES}"
         yield from _breaches_of_defaults(path, node)
     if isinstance(node, ast.ClassDef) and node.name.endswith(BANNED_CLASS_SUFFIXES):
@@ -73,8 +75,10 @@ def _breaches_of_defaults(
         for argument, default in zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True)
         if default is not None
     ]
+    # Where a database is at hand its own clock may be the default; in pure code nothing may.
+    required = {"rng", "now"} if str(path).startswith(PURE) else {"rng"}
     for argument in with_default:
-        if argument.arg in {"rng", "now"}:
+        if argument.arg in required:
             yield f"{path}:{node.lineno}: {node.name}: {argument.arg} must be a required argument"
 
 

@@ -22,7 +22,7 @@ def test_the_tree_keeps_its_own_rules() -> None:
     ],
 )
 def test_a_breach_in_code_is_found(text: str, breach: str) -> None:
-    found = list(tree_rules.breaches_of_python(Path("f.py"), text))
+    found = list(tree_rules.breaches_of_python(Path("hi5_common/domain/f.py"), text))
     assert len(found) == 1
     assert breach in found[0]
 
