@@ -1,7 +1,6 @@
 """Compiles a hand from the asset package's data, once, and keeps it in a cache."""
 
 import logging
-import os
 import tempfile
 import zipfile
 import zlib
@@ -158,6 +157,7 @@ def _write(path: Path, model: HandModel) -> None:
     """Write beside the place and rename, so that no reader sees half a file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     arrays = {field.name: np.asarray(getattr(model, field.name)) for field in fields(model)}
-    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as file:
-        np.savez(file, allow_pickle=False, **arrays)
-    os.replace(file.name, path)
+    with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+        whole = Path(folder) / path.name
+        np.savez(whole, allow_pickle=False, **arrays)
+        whole.replace(path)

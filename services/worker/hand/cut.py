@@ -45,7 +45,9 @@ def cut_forearm(mesh: BaseMesh, elbow: F8, wrist: F8, fingertip: F8) -> CutMesh:
     axis = (wrist - elbow) / np.sum((wrist - elbow) ** 2)
     along = (mesh.vertices - elbow) @ axis
     candidates = np.flatnonzero((along[mesh.quads] > CUT).all(axis=1))
-    distance = np.linalg.norm(mesh.vertices[mesh.quads[candidates]].mean(axis=1) - fingertip, axis=1)
+    distance = np.linalg.norm(
+        mesh.vertices[mesh.quads[candidates]].mean(axis=1) - fingertip, axis=1
+    )
     faces = candidates[_connected(mesh.quads[candidates], int(np.argmin(distance)))]
     source, local = np.unique(mesh.quads[faces], return_inverse=True)
     quads = local.reshape(-1, 4).astype(np.int32)

@@ -31,9 +31,7 @@ def keypoint_weights() -> F8:
     return weights
 
 
-def rest_keypoints_m(
-    vertices_m: F8, faces: I4, heads_m: F8, tails_m: F8, hinges: F8
-) -> F8:
+def rest_keypoints_m(vertices_m: F8, faces: I4, heads_m: F8, tails_m: F8, hinges: F8) -> F8:
     """(21,3) at rest, each in the middle of its cross-section.
 
     Where the limb's outline is its own (wrist, PIP, DIP, thumb IP) that is the centroid of the

@@ -2,13 +2,15 @@
 
 The posed hand lives in the ELBOW FRAME. Its origin is the wrist joint. The forearm lies on -y and
 points along FOREARM_AXIS (+y) to the hand, whatever the pose. At forearm_pronation 0 and a straight
-wrist the axes are those of the model at rest: for a right hand +x ulnar, +y distal, +z dorsal, so the
-thumb side looks along THUMB_UP_AXIS (-x) and the palm along PALM_AXIS (-z). Pronation turns all that
-is distal of the elbow about +y, THUMB_UP_AXIS towards -PALM_AXIS's opposite; see `posed_bones`.
+wrist a right hand has +x ulnar, +y distal, +z dorsal, as at rest: its thumb side looks along
+THUMB_UP_AXIS (-x), its palm along PALM_AXIS (-z). Pronation turns what is distal of the elbow about
++y so that the palm turns from PALM_AXIS away from the thumb: at +90 the palm looks along
+-THUMB_UP_AXIS (down in a handshake), at -90 along THUMB_UP_AXIS (up).
 
-To stand the hand in a world with the forearm along f and "thumb up" at pronation 0 along u
-(unit, perpendicular): map FOREARM_AXIS to f and THUMB_UP_AXIS to u; the third axis follows. For a
-left hand everything is mirrored in x: use `thumb_up_axis(handedness)`.
+To stand the hand in a world, map FOREARM_AXIS to the way the forearm points and THUMB_UP_AXIS to
+the way that is "thumb up" at pronation 0 (perpendicular to it; for a forearm raised upright from a
+handshake that is towards the hand's owner). The rotation follows from the two. A left hand is the
+mirror image in x: use `thumb_up_axis(handedness)`.
 """
 
 import numpy as np

@@ -36,7 +36,8 @@ def nail_quads(uvs: F8, nail_mask: F8) -> npt.NDArray[np.bool_]:
     u, v = np.moveaxis(uvs.mean(axis=1), -1, 0)
     column = np.clip((u * width).astype(np.int64), 0, width - 1)
     row = np.clip(((1.0 - v) * height).astype(np.int64), 0, height - 1)
-    return nail_mask[row, column] > 0.5
+    on_nail: npt.NDArray[np.bool_] = nail_mask[row, column] > 0.5
+    return on_nail
 
 
 def nail_normals(vertices_m: F8, nails: I4, tails_m: F8) -> F8:
@@ -86,9 +87,7 @@ def rest_angles_deg(heads_m: F8, tails_m: F8, hinges: F8) -> F8:
         angles[f"{finger}_mcp_abd"] = side * azimuth_deg(proximal)
         angles[f"{finger}_pip_flex"] = angle_about_deg(hinge[finger], proximal, middle)
         angles[f"{finger}_dip_flex"] = angle_about_deg(hinge[finger], middle, distal)
-    metacarpal, proximal, distal = (
-        way[f"thumb_{s}"] for s in ("metacarpal", "proximal", "distal")
-    )
+    metacarpal, proximal, distal = (way[f"thumb_{s}"] for s in ("metacarpal", "proximal", "distal"))
     angles["thumb_cmc_azimuth"] = azimuth_deg(metacarpal)
     angles["thumb_cmc_palmar_abd"] = elevation_deg(metacarpal)
     angles["thumb_mcp_flex"] = angle_about_deg(hinge["thumb"], metacarpal, proximal)

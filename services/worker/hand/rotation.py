@@ -7,7 +7,8 @@ from services.worker.hand.asset import F8
 
 def unit(vector: F8) -> F8:
     """The vector(s) (...,3) at length 1."""
-    return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
+    scaled: F8 = vector / np.linalg.norm(vector, axis=-1, keepdims=True)
+    return scaled
 
 
 def about(axis: F8, angle_deg: float) -> F8:

@@ -11,7 +11,6 @@ import numpy.typing as npt
 from services.worker.hand.asset import F8, I4
 from services.worker.hand.model import F4, HandModel
 
-
 I8 = npt.NDArray[np.int64]
 
 
@@ -93,9 +92,7 @@ class _Sparse:
         keys, place = np.unique(rows * shape[1] + columns, return_inverse=True)
         starts = np.searchsorted(keys, np.arange(shape[0] + 1) * shape[1])
         sums = np.bincount(place, weights=values)
-        return cls(
-            starts.astype(np.int32), (keys % shape[1]).astype(np.int32), sums, shape[1]
-        )
+        return cls(starts.astype(np.int32), (keys % shape[1]).astype(np.int32), sums, shape[1])
 
     def times(self, other: "_Sparse") -> "_Sparse":
         """The matrix product self · other."""

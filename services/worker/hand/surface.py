@@ -39,7 +39,7 @@ def ray_hits(origin_m: F8, directions: F8, vertices_m: F8, faces: I4) -> F8:
     return np.sort(np.where(hit, distance, np.inf), axis=1)
 
 
-def contains(points_m: F8, vertices_m: F8, faces: I4) -> F8:
+def winding_numbers(points_m: F8, vertices_m: F8, faces: I4) -> F8:
     """Winding number (N,) of a closed surface about points (N,3): 1 inside, 0 outside.
 
     Van Oosterom and Strackee 1983. Where skin overlaps skin the number is 2.
@@ -73,11 +73,13 @@ def section_centre(centre_m: F8, normal: F8, vertices_m: F8, faces: I4, rays: in
     following = np.roll(outline, -1, axis=0)
     area = outline[:, 0] * following[:, 1] - outline[:, 1] * following[:, 0]
     shift = ((outline + following) * area[:, None]).sum(axis=0) / (3.0 * area.sum())
-    return centre_m + shift @ frame
+    centroid: F8 = centre_m + shift @ frame
+    return centroid
 
 
 def chord_centre(centre_m: F8, direction: F8, vertices_m: F8, faces: I4) -> F8:
     """The middle (3,) between the skin on either side of a point along a direction."""
     way = unit(direction)
     ahead, behind = ray_hits(centre_m, np.stack([way, -way]), vertices_m, faces)[:, 0]
-    return centre_m + way * (ahead - behind) / 2.0
+    middle: F8 = centre_m + way * (ahead - behind) / 2.0
+    return middle
