@@ -38,26 +38,31 @@ need_uv() {
     trust_system_certificates
     command -v python3 >/dev/null || stop "python3 is missing; install it: apt-get install python3"
     if uv --version >/dev/null 2>&1; then return; fi
-    export PATH="$PWD/.tools/uv/bin:$PATH"
+    # Only uv itself goes on PATH: the python3 of its private environment must not hide the machine's.
+    export PATH="$PWD/.tools/bin:$PATH"
     if uv --version >/dev/null 2>&1; then return; fi
     say "installing uv into .tools/uv"
     install_uv_by_venv || install_uv_by_pip ||
         { apt_install python3-venv && install_uv_by_venv; } ||
         stop "python3 has neither venv nor pip; run: sudo apt-get install python3-venv"
+    mkdir -p .tools/bin
+    ln -sf ../uv/bin/uv .tools/bin/uv
     uv --version >/dev/null || stop "uv was installed into .tools/uv and does not run"
 }
 
 install_uv_by_venv() {
     rm -rf .tools/uv
     python3 -m venv .tools/uv >/dev/null 2>&1 || return 1
-    .tools/uv/bin/python -m pip install --quiet --require-hashes --no-deps -r locks/installer.txt >&2
+    .tools/uv/bin/python -m pip install --quiet --require-hashes --no-deps \
+        -r locks/installer.txt >&2
 }
 
 # A python3 with pip and without venv, as some images have it.
 install_uv_by_pip() {
     python3 -m pip --version >/dev/null 2>&1 || return 1
     rm -rf .tools/uv
-    python3 -m pip install --quiet --require-hashes --no-deps --target .tools/uv -r locks/installer.txt >&2
+    python3 -m pip install --quiet --require-hashes --no-deps --target .tools/uv \
+        -r locks/installer.txt >&2
 }
 
 is_python_3_13() { # is_python_3_13 PATH

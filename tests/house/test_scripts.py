@@ -45,7 +45,7 @@ def run_in_lib(tmp_path: Path, command: str, **programs: str) -> subprocess.Comp
     """Run a command after sourcing scripts/lib.bash, on a PATH with the named programs only."""
     folder = tmp_path / "bin"
     folder.mkdir()
-    for name in ("bash", "dirname", "cat", "rm", "mkdir", "tail", "tr", "id", "env"):
+    for name in ("bash", "dirname", "cat", "rm", "mkdir", "ln", "tail", "tr", "id", "env", "chmod"):
         (folder / name).symlink_to(str(shutil.which(name)))
     for name, body in programs.items():
         (folder / name).write_text(f"#!/bin/bash\n{body}\n")
@@ -66,6 +66,22 @@ def test_a_machine_without_venv_and_without_rights_is_told_what_to_run(tmp_path:
     assert done.stderr.splitlines()[-1] == (
         "hi5: python3 has neither venv nor pip; run: sudo apt-get install python3-venv"
     )
+
+
+PYTHON_WITHOUT_VENV = """
+case "$*" in
+    "-m venv "*) mkdir -p .tools/uv/bin && ln -s /bin/false .tools/uv/bin/python3; exit 1 ;;
+    "-m pip --version") exit 0 ;;
+    "-m pip install "*) mkdir -p .tools/uv/bin
+        printf '#!/bin/bash\\necho uv\\n' >.tools/uv/bin/uv; chmod +x .tools/uv/bin/uv ;;
+    *) exit 2 ;;
+esac
+"""
+
+
+def test_a_machine_with_pip_and_no_venv_gets_a_private_uv(tmp_path: Path) -> None:
+    done = run_in_lib(tmp_path, "need_uv; uv; command -v python3", python3=PYTHON_WITHOUT_VENV)
+    assert done.stdout.splitlines() == ["uv", str(tmp_path / "bin" / "python3")]
 
 
 def test_a_machine_without_python_3_13_is_told_what_to_run(tmp_path: Path) -> None:
