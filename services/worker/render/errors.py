@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from hi5_common.domain.errors import PermanentError, TransientError
+from hi5_common.domain.errors import TransientError
 
 
 class RenderFailed(TransientError):
@@ -27,9 +27,3 @@ class BlackFrame(RenderFailed):
     """The hand is in the frame, but no light reached it."""
 
     reason: ClassVar[str] = "black_frame"
-
-
-class MissingAsset(PermanentError):
-    """A file that rendering needs is not there."""
-
-    reason: ClassVar[str] = "missing_asset"

@@ -10,7 +10,6 @@ import numpy.typing as npt
 from services.worker.render.blender import camera, film, mesh, session
 from services.worker.render.blender.material import new_skin_material
 from services.worker.render.blender.world import new_world
-from services.worker.render.errors import NonFiniteFrame
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
@@ -55,7 +54,7 @@ class CyclesRenderer:
         path = Path(self._folder.name) / "frame.exr"
         film.shoot(self._scene, path)
         shot = time.perf_counter()
-        rgba = _checked(film.read_rgba(path))
+        rgba = film.read_rgba(path)
         read = time.perf_counter()
         phases_s = {"place": placed - started, "trace": shot - placed, "read": read - shot}
         return Frame(rgba, region, phases_s)
@@ -74,10 +73,3 @@ class CyclesRenderer:
         self._hand = mesh.new_hand(self._scene, geometry)
         self._hand.data.materials.append(self._skin.material)
         self._topology = geometry.quads
-
-
-def _checked(rgba: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    if not np.isfinite(rgba).all():
-        bad = int((~np.isfinite(rgba)).any(axis=-1).sum())
-        raise NonFiniteFrame(f"{bad} pixels of the frame are NaN or infinite.")
-    return rgba

@@ -27,7 +27,7 @@ class SkinMaterial:
     def paint(self, skin: Skin) -> None:
         """Set albedos, roughness and scattering.
 
-        skin.subsurface_radius_mm is the transport mean free path 1 / (sigma_a + sigma_s') of the
+        skin.mean_free_path_mm is the transport mean free path 1 / (sigma_a + sigma_s') of the
         flesh for red, green and blue light, in millimetres.
         """
         self.colours["dorsum"].default_value = (*skin.dorsum_rgb, 1.0)
@@ -35,7 +35,7 @@ class SkinMaterial:
         self.colours["nail"].default_value = (*skin.nail_rgb, 1.0)
         self.skin_roughness.default_value = skin.roughness
         self.principled.inputs["Subsurface Radius"].default_value = _radius(
-            skin.subsurface_radius_mm
+            skin.mean_free_path_mm
         )
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import bpy
 
 from hi5_common.domain.vocabulary import Environment
-from services.worker.render.errors import MissingAsset
 from services.worker.scene.environments import panorama_path
 from services.worker.scene.types import Light
 
@@ -58,8 +57,6 @@ def new_world(scene: bpy.types.Scene) -> LightingWorld:
 
 
 def _load(path: Path) -> bpy.types.Image:
-    if not path.is_file():
-        raise MissingAsset(f"environment: {path} is not there. Install bpy 5.2 again.")
     image = bpy.data.images.load(str(path), check_existing=False)
     image.colorspace_settings.name = "Linear Rec.709"
     return image

@@ -1,0 +1,133 @@
+"""The label of one image, from the scene and the projected mesh; the picture is never consulted."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hi5_common.domain.labels import (
+    CameraLabel,
+    ImageLabel,
+    Keypoint,
+    Mask,
+    Matrix3,
+    Matrix4,
+    Point2,
+    Point3,
+)
+from hi5_common.domain.spec import LabelKind
+from hi5_common.domain.vocabulary import KEYPOINTS
+from services.worker.hand.parts import PARTS, HandPart
+from services.worker.label.box import tight_box
+from services.worker.label.mask import encode_mask
+from services.worker.label.projected import ProjectedMesh
+from services.worker.label.projection import F8, in_frame, to_camera, to_pixels
+from services.worker.label.raster import rasterise
+from services.worker.label.visibility import Sight, sight_keypoints
+from services.worker.scene.types import Camera, HandScene, SceneGeometry
+
+FOREARM = PARTS.index(HandPart.FOREARM)
+
+
+def label_image(
+    scene: HandScene,
+    geometry: SceneGeometry,
+    mesh: ProjectedMesh,
+    kinds: frozenset[LabelKind],
+    *,
+    file_name: str,
+    resolved: dict[str, Any],
+) -> ImageLabel:
+    """Return the label; kinds that were not asked for are None. resolved: see provenance.py."""
+    of_hand = geometry.part != FOREARM
+    boxed = LabelKind.BOX in kinds
+    mask, area_px = _mask(mesh) if LabelKind.MASK in kinds else (None, None)
+    return ImageLabel(
+        index=scene.index,
+        file_name=file_name,
+        width_px=scene.camera.intrinsics.width_px,
+        height_px=scene.camera.intrinsics.height_px,
+        attributes=scene.cell.as_dict(),
+        camera=camera_label(scene.camera),
+        keypoints=_keypoints(scene, geometry, mesh) if LabelKind.KEYPOINTS in kinds else None,
+        box=tight_box(mesh, np.ones_like(of_hand)) if boxed else None,
+        hand_box=tight_box(mesh, of_hand) if boxed else None,
+        mask=mask,
+        mask_area_px=area_px,
+        in_frame_share=in_frame_share(scene.camera, geometry),
+        scene=resolved,
+    )
+
+
+def camera_label(camera: Camera) -> CameraLabel:
+    """Return the camera as its two matrices."""
+    return CameraLabel(
+        intrinsics_px=_matrix3(camera.intrinsics.matrix()),
+        world_to_camera_m=_matrix4(camera.world_to_camera),
+    )
+
+
+def in_frame_share(camera: Camera, geometry: SceneGeometry) -> float:
+    """Return the share of the hand's skin area, without the forearm, that lies in the frame.
+
+    Hidden skin counts too. Each quad counts with its area, in the frame if its middle is.
+    """
+    quads = geometry.quads[(geometry.part[geometry.quads] != FOREARM).all(axis=1)]
+    corners = geometry.vertices_m[quads]
+    diagonals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    area_m2 = np.linalg.norm(diagonals, axis=1) / 2.0
+    pixels = to_pixels(camera.intrinsics, to_camera(camera, corners.mean(axis=1)))
+    inside = in_frame(camera.intrinsics, pixels)
+    return float(area_m2[inside].sum() / area_m2.sum())
+
+
+def _mask(mesh: ProjectedMesh) -> tuple[Mask, int]:
+    """Return the mask of pixels whose centres see the hand or its forearm, and its area.
+
+    Taken from the exact surface and not from the path tracer's alpha, so that it does not change
+    with samples, denoiser or machine; tests hold the two together.
+    """
+    covered = rasterise(mesh).covered
+    return encode_mask(covered), int(covered.sum())
+
+
+def _keypoints(
+    scene: HandScene, geometry: SceneGeometry, mesh: ProjectedMesh
+) -> tuple[Keypoint, ...]:
+    camera_m = to_camera(scene.camera, geometry.keypoints_m)
+    pixels = to_pixels(scene.camera.intrinsics, camera_m)
+    sights = sight_keypoints(mesh, geometry.part, camera_m, pixels)
+    rows = zip(KEYPOINTS, pixels, camera_m, geometry.keypoints_m, sights, strict=True)
+    return tuple(_keypoint(*row) for row in rows)
+
+
+def _keypoint(name: str, pixel: F8, camera_m: F8, world_m: F8, sight: Sight) -> Keypoint:
+    return Keypoint(
+        name=name,
+        image_px=None if np.isnan(pixel[0]) else _point2(pixel),
+        camera_m=_point3(camera_m),
+        world_m=_point3(world_m),
+        visibility=sight.visibility,
+        occluder=sight.occluder,
+        depth_margin_mm=sight.depth_margin_mm,
+    )
+
+
+def _point2(values: npt.NDArray[np.float64]) -> Point2:
+    x, y = values.tolist()
+    return x, y
+
+
+def _point3(values: npt.NDArray[np.float64]) -> Point3:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def _matrix3(values: npt.NDArray[np.float64]) -> Matrix3:
+    a, b, c = (_point3(row) for row in values)
+    return a, b, c
+
+
+def _matrix4(values: npt.NDArray[np.float64]) -> Matrix4:
+    a, b, c, d = (tuple(row.tolist()) for row in values)
+    return a, b, c, d

@@ -1,0 +1,53 @@
+"""The resolved scene as plain JSON: enough to see why a picture looks as it does."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from hi5_common.domain.spec import Quality
+from hi5_common.version import hi5_version
+from services.worker.render.port import Renderer
+from services.worker.render.settings import RenderSettings
+from services.worker.scene.environments import panorama_sha256
+from services.worker.scene.types import HandScene
+
+
+@dataclass(frozen=True)
+class Making:
+    """What made a picture, beside its scene."""
+
+    renderer: str
+    renderer_versions: dict[str, str]
+    quality: Quality
+    settings: RenderSettings
+    hand_sha256: str
+
+    @classmethod
+    def of(
+        cls, renderer: Renderer, quality: Quality, settings: RenderSettings, hand_sha256: str
+    ) -> "Making":
+        """Read the renderer's name and versions."""
+        return cls(renderer.name, renderer.versions, quality, settings, hand_sha256)
+
+
+def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
+    """Return everything that went into the picture of a scene, as JSON values."""
+    return {
+        "pose_blend": asdict(scene.blend),
+        "joint_angles_deg": asdict(scene.angles),
+        "stance": asdict(scene.stance),
+        "view": asdict(scene.view),
+        "view_attempt": scene.view_attempt,
+        "hand_to_world_m": scene.hand_to_world.tolist(),
+        "light": asdict(scene.light),
+        "skin": asdict(scene.skin),
+        "render_seed": scene.render_seed,
+        "renderer": making.renderer,
+        "renderer_versions": making.renderer_versions,
+        "quality": making.quality.value,
+        "settings": asdict(making.settings),
+        "hi5_version": hi5_version(),
+        "assets_sha256": {
+            "hand": making.hand_sha256,
+            "panorama": panorama_sha256(scene.light.environment),
+        },
+    }

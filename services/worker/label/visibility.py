@@ -1,0 +1,89 @@
+"""Which keypoints show, and what hides the others, by exact ray casting in float64.
+
+Keypoints lie in the middle of the finger, so there is always skin in front of them. A point counts
+as VISIBLE when the first surface on its line of sight is its own flesh: skin of one of the parts
+that meet at the joint, no further in front of the point than the flesh there is thick. Skin of any
+other part, or own skin further in front (a finger seen end-on, a palm seen edge-on), hides it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hi5_common.domain.vocabulary import KEYPOINTS, KeypointVisibility
+from services.worker.hand.parts import KEYPOINT_PARTS, PARTS, HandPart
+from services.worker.label.projected import I8, ProjectedMesh
+from services.worker.label.projection import F8, NEAR_M, in_frame
+from services.worker.label.raster import barycentric
+
+_WRIST_MM = 45.0
+_THUMB_MM = (35.0, 28.0, 24.0, 20.0)
+_FINGER_MM = (32.0, 23.0, 20.0, 18.0)
+OWN_FLESH_MM: tuple[float, ...] = (_WRIST_MM, *_THUMB_MM, *(_FINGER_MM * 4))
+"""How thick the flesh is at each keypoint: a large male hand's thickness there, plus a tenth."""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """How one keypoint is seen; see hi5_common.domain.labels.Keypoint."""
+
+    visibility: KeypointVisibility
+    occluder: HandPart | None
+    depth_margin_mm: float | None
+
+
+def sight_keypoints(
+    mesh: ProjectedMesh, part: np.ndarray, camera_m: F8, pixels: F8
+) -> tuple[Sight, ...]:
+    """Return how each keypoint is seen. part (W,) by vertex; camera_m (21, 3); pixels (21, 2)."""
+    inside = in_frame(mesh.intrinsics, pixels)
+    corners = mesh.vertices_px[mesh.triangles]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    sights = []
+    for number in range(len(KEYPOINTS)):
+        if camera_m[number, 2] <= NEAR_M:
+            sights.append(Sight(KeypointVisibility.BEHIND_CAMERA, None, None))
+        elif not inside[number]:
+            sights.append(Sight(KeypointVisibility.OUT_OF_FRAME, None, None))
+        else:
+            pixel = pixels[number]
+            rows = np.flatnonzero(((low <= pixel) & (high >= pixel)).all(axis=1))
+            hit = first_hit(mesh, rows, pixel)
+            sights.append(_judged(number, hit, part, camera_m[number]))
+    return tuple(sights)
+
+
+@dataclass(frozen=True)
+class Hit:
+    """The first surface on a line of sight: its depth along the optical axis, nearest vertex."""
+
+    depth_m: float
+    vertex: int
+
+
+def first_hit(mesh: ProjectedMesh, rows: I8, pixel: F8) -> Hit | None:
+    """Return where the ray through `pixel` (2,) first meets triangles `rows`, if it does."""
+    x, y = np.full(len(rows), pixel[0]), np.full(len(rows), pixel[1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        weights = barycentric(mesh, rows, x, y)
+    inside = (weights >= 0).all(axis=1)
+    if not inside.any():
+        return None
+    rows, weights = rows[inside], weights[inside]
+    near = weights / mesh.vertices_camera_m[mesh.triangles[rows], 2]
+    first = int(near.sum(axis=1).argmax())
+    vertex = int(mesh.triangles[rows[first], int(near[first].argmax())])
+    return Hit(1.0 / float(near[first].sum()), vertex)
+
+
+def _judged(number: int, hit: Hit | None, part: np.ndarray, point_m: F8) -> Sight:
+    depth_m = float(point_m[2])
+    if hit is None or hit.depth_m >= depth_m:
+        return Sight(KeypointVisibility.VISIBLE, None, None)
+    stretch = float(np.linalg.norm(point_m)) / depth_m
+    margin_mm = (depth_m - hit.depth_m) * stretch * 1000.0
+    owner = PARTS[int(part[hit.vertex])]
+    own = owner in KEYPOINT_PARTS[number] and margin_mm <= OWN_FLESH_MM[number]
+    if own:
+        return Sight(KeypointVisibility.VISIBLE, None, margin_mm)
+    return Sight(KeypointVisibility.SELF_OCCLUDED, owner, margin_mm)

@@ -1,0 +1,72 @@
+"""A renderer without Blender, for tests of everything around it.
+
+It draws the true silhouette with one grey light from the camera: right shapes, right alpha, no
+path tracing. Labels record its name, so its pictures can never pass for rendered ones.
+"""
+
+import time
+
+import numpy as np
+import numpy.typing as npt
+
+from services.worker.label.projected import project_mesh
+from services.worker.label.projection import F8
+from services.worker.label.raster import Surface, rasterise
+from services.worker.render.port import Frame
+from services.worker.render.rect import PixelRect
+from services.worker.render.settings import RenderSettings
+from services.worker.scene.environments import mean_luminance
+from services.worker.scene.types import HandScene, SceneGeometry, Skin
+
+AMBIENT = 0.3
+
+
+class FakeRenderer:
+    """Shades the z-buffer: albedo × mean light × a headlight's cosine."""
+
+    name = "fake"
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Return numpy's version, which does the drawing."""
+        return {"numpy": np.__version__}
+
+    def render(
+        self,
+        scene: HandScene,
+        geometry: SceneGeometry,
+        region: PixelRect,
+        settings: RenderSettings,  # noqa: ARG002  part of the port; nothing is sampled here
+    ) -> Frame:
+        """Return the shaded silhouette on the pixels of `region`."""
+        started = time.perf_counter()
+        mesh = project_mesh(scene.camera, geometry)
+        surface = rasterise(mesh)
+        corners = mesh.vertices_camera_m[mesh.triangles[surface.triangle]]
+        vertex = surface.nearest_vertex(mesh)
+        light = mean_luminance(scene.light.environment) * _headlight(corners, surface)
+        colour = _albedo(scene.skin, geometry)[vertex] * light[..., None]
+        alpha = surface.covered[..., None].astype(np.float64)
+        rgba = np.concatenate([colour * alpha, alpha], axis=-1).astype(np.float32)
+        phases_s = {"trace": time.perf_counter() - started}
+        return Frame(np.ascontiguousarray(rgba[region.slices]), region, phases_s)
+
+
+def _albedo(skin: Skin, geometry: SceneGeometry) -> F8:
+    """Return the (W, 3) diffuse albedo by vertex."""
+    palm, nail = geometry.palm[:, None], geometry.nail[:, None]
+    flesh = np.array(skin.dorsum_rgb) * (1 - palm) + np.array(skin.palm_rgb) * palm
+    albedo: F8 = flesh * (1 - nail) + np.array(skin.nail_rgb) * nail
+    return albedo
+
+
+def _headlight(corners_m: F8, surface: Surface) -> npt.NDArray[np.float64]:
+    """Return (H, W) the brightness of flat triangles (H, W, 3, 3) under a light at the camera."""
+    normal = np.cross(
+        corners_m[..., 1, :] - corners_m[..., 0, :], corners_m[..., 2, :] - corners_m[..., 0, :]
+    )
+    towards = (surface.weights[..., None] * corners_m).sum(axis=-2)
+    size = np.linalg.norm(normal, axis=-1) * np.linalg.norm(towards, axis=-1)
+    cosine = np.abs((normal * towards).sum(axis=-1)) / np.where(size > 0, size, 1.0)
+    brightness: F8 = AMBIENT + (1.0 - AMBIENT) * cosine
+    return brightness

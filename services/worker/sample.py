@@ -1,0 +1,123 @@
+"""One image from a spec and its index: scene, frame, picture, label. The heart of the worker."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from hi5_common.domain.labels import ImageLabel
+from hi5_common.domain.plan import Plan
+from hi5_common.domain.spec import DatasetSpec
+from services.worker.compose.encode import EXTENSIONS, encode_picture
+from services.worker.compose.picture import compose_picture
+from services.worker.label.label import label_image
+from services.worker.label.projected import ProjectedMesh, project_mesh
+from services.worker.label.provenance import Making, provenance
+from services.worker.label.region import touched_region
+from services.worker.render.checks import check_frame
+from services.worker.render.port import Frame, Renderer
+from services.worker.render.settings import QUALITY_SETTINGS
+from services.worker.scene.environments import load_panorama
+from services.worker.scene.geometry import build_geometry
+from services.worker.scene.library import HandLibrary
+from services.worker.scene.sampling import sample_scene
+from services.worker.scene.types import HandScene, SceneGeometry
+
+
+@dataclass(frozen=True)
+class Sample:
+    """An image file, its label, and how long each phase took (seconds, never in the label)."""
+
+    index: int
+    image: bytes
+    extension: str
+    label: ImageLabel
+    phases_s: dict[str, float]
+
+    @property
+    def label_json(self) -> bytes:
+        """Return the label as it is stored."""
+        return self.label.model_dump_json().encode()
+
+
+@dataclass
+class Stopwatch:
+    """Adds up the seconds of named phases."""
+
+    phases_s: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def phase(self, name: str) -> Iterator[None]:
+        """Time a block."""
+        started = time.perf_counter()
+        yield
+        self.phases_s[name] = self.phases_s.get(name, 0.0) + time.perf_counter() - started
+
+
+@dataclass(frozen=True)
+class Studio:
+    """Makes samples with one renderer. Every way of making an image goes through here."""
+
+    renderer: Renderer
+    hands: HandLibrary
+
+    def make_sample(self, spec: DatasetSpec, plan: Plan, index: int) -> Sample:
+        """Return image `index` of a spec: image and label are functions of (spec, index) alone.
+
+        Raises RenderFailed's kinds when there is no usable frame, PermanentError's when no try
+        can give one.
+        """
+        watch = Stopwatch()
+        with watch.phase("scene"):
+            scene = sample_scene(spec, plan, index, self.hands)
+        with watch.phase("geometry"):
+            geometry = build_geometry(scene, self.hands)
+            mesh = project_mesh(scene.camera, geometry)
+        frame = self._frame(spec, scene, geometry, mesh, watch)
+        extension = EXTENSIONS[spec.image.format]
+        with watch.phase("label"):
+            label = self._label(spec, scene, geometry, mesh, f"{index:09d}.{extension}")
+        with watch.phase("compose"):
+            pixels = compose_picture(scene, frame, load_panorama(scene.light.environment))
+        with watch.phase("encode"):
+            image = encode_picture(pixels, spec.image)
+        return Sample(index, image, extension, label, watch.phases_s)
+
+    def _frame(
+        self,
+        spec: DatasetSpec,
+        scene: HandScene,
+        geometry: SceneGeometry,
+        mesh: ProjectedMesh,
+        watch: Stopwatch,
+    ) -> Frame | None:
+        region = touched_region(mesh)
+        if region.is_empty:
+            return None
+        settings = QUALITY_SETTINGS[spec.render.quality]
+        frame = self.renderer.render(scene, geometry, region, settings)
+        watch.phases_s.update({f"render_{name}": s for name, s in frame.phases_s.items()})
+        check_frame(frame, scene.light.exposure_ev)
+        return frame
+
+    def _label(
+        self,
+        spec: DatasetSpec,
+        scene: HandScene,
+        geometry: SceneGeometry,
+        mesh: ProjectedMesh,
+        file_name: str,
+    ) -> ImageLabel:
+        hand = self.hands.hand(scene.cell.gender, scene.cell.handedness)
+        quality = spec.render.quality
+        making = Making.of(
+            self.renderer, quality, QUALITY_SETTINGS[quality], hand.model.content_hash
+        )
+        return label_image(
+            scene,
+            geometry,
+            mesh,
+            frozenset(spec.labels),
+            file_name=file_name,
+            resolved=provenance(scene, making),
+        )
