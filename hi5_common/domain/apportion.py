@@ -62,9 +62,7 @@ def _deal_rest(rows: Ints, part: Ints, rest: Ints, unit: int, lags: Ints) -> Int
     return extra
 
 
-def _make_exact(
-    extra: Ints, part: Ints, wanted: Ints, rows: Ints, unit: int, lags: Ints
-) -> None:
+def _make_exact(extra: Ints, part: Ints, wanted: Ints, rows: Ints, unit: int, lags: Ints) -> None:
     """Move left-over images between children of one node until each value has its exact number."""
     surplus = extra.sum(axis=0) - wanted
     while np.any(surplus):

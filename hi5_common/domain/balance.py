@@ -11,6 +11,7 @@ from itertools import combinations, product
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.spec import DatasetSpec, StrictModel
+from hi5_common.domain.tallies import pair_key, value_key
 from hi5_common.domain.vocabulary import VALUES, Attribute
 
 AttributePair = tuple[Attribute, Attribute]
@@ -82,7 +83,7 @@ def _value_table(plan: Plan, attribute: Attribute, tallies: Tallies, share: floa
             values=(value,),
             requested=asked,
             planned=planned[value],
-            delivered=tallies.values.get(f"{attribute.value}={value}", 0),
+            delivered=tallies.values.get(value_key(attribute, value), 0),
         )
         for value, asked in requested.items()
     ]
@@ -99,7 +100,7 @@ def _pair_table(
             values=(x, y),
             requested=asked_a[x] * asked_b[y] / plan.count,
             planned=planned.get((x, y), 0),
-            delivered=tallies.pairs.get(f"{a.value}={x}&{b.value}={y}", 0),
+            delivered=tallies.pairs.get(pair_key((a, x), (b, y)), 0),
         )
         for x, y in product(asked_a, asked_b)
     ]

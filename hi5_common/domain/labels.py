@@ -19,6 +19,8 @@ Matrix4 = tuple[Row4, Row4, Row4, Row4]
 
 
 class Frozen(BaseModel):
+    """A value with known fields only."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 

@@ -7,10 +7,11 @@ shard number: `next` is the address of the following page, or None on the last.
 from datetime import datetime
 from uuid import UUID
 
+from hi5_common.domain import keys
 from hi5_common.domain.records import Dataset, DatasetStatus, Publication, Shard, ShardStatus
 from hi5_common.domain.spec import DatasetSpec, StrictModel
 
-OBJECT_NAMES = ("samples.tar", "labels.parquet", "members.json")
+OBJECT_NAMES = (keys.SAMPLES, keys.LABELS, keys.MEMBERS)
 """The files of a published shard, in the order of `ManifestShard.objects`."""
 
 

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Self
 
 import pydantic
 import yaml
@@ -12,20 +12,26 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from hi5_common.domain import spec_errors
 from hi5_common.domain.errors import InvalidInput, Problem
+from hi5_common.domain.spec_errors import ProblemsFound
 from hi5_common.domain.vocabulary import VALUES, Attribute
 
 MAX_COUNT = 1_000_000_000
 MAX_SIDE_PX = 8192
+MAX_ASKED_SHARDS = 100_000
 
-Request = list[str] | dict[str, Annotated[int, Field(ge=0, strict=True)]] | None
+Request = list[str] | dict[str, int] | None
 """Nothing: every value in equal shares. A list: equal shares. A map: exact counts."""
 
 
 class StrictModel(BaseModel):
+    """A frozen model that refuses fields it does not know."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class ImageFormat(StrEnum):
+    """How pictures are encoded."""
+
     JPEG = "jpeg"
     PNG = "png"
 
@@ -40,6 +46,8 @@ class Quality(StrEnum):
 
 
 class LabelKind(StrEnum):
+    """Which labels to write; camera, attributes and scene are always there."""
+
     KEYPOINTS = "keypoints"
     BOX = "box"
     MASK = "mask"
@@ -55,6 +63,8 @@ class ImageRequest(StrictModel):
 
 
 class RenderRequest(StrictModel):
+    """How the picture is rendered."""
+
     quality: Quality = Quality.STANDARD
 
 
@@ -68,6 +78,14 @@ class AttributeRequests(StrictModel):
     handedness: Request = None
     viewpoint: Request = None
 
+    @pydantic.field_validator("*", mode="before")
+    @classmethod
+    def _check_shape(cls, request: object, info: pydantic.ValidationInfo) -> object:
+        problems = spec_errors.shape_problems(f"attributes.{info.field_name}", request)
+        if problems:
+            raise ProblemsFound(problems)
+        return request
+
     def __getitem__(self, attribute: Attribute) -> Request:
         request: Request = getattr(self, attribute.value)
         return request
@@ -76,7 +94,9 @@ class AttributeRequests(StrictModel):
 class DatasetSpec(StrictModel):
     """A dataset: images are a pure function of this spec, its seed and their index."""
 
-    name: str = Field("dataset", min_length=1, max_length=100, pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._-]*$")
+    name: str = Field(
+        "dataset", min_length=1, max_length=100, pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._-]*$"
+    )
     seed: int = Field(0, ge=0, lt=2**63, strict=True)
     count: int = Field(ge=1, le=MAX_COUNT, strict=True)
     attributes: AttributeRequests = AttributeRequests()
@@ -95,8 +115,12 @@ class DatasetSpec(StrictModel):
             )
         ]
         problems += spec_errors.repeated("labels", [kind.value for kind in self.labels])
+        if self.images_per_shard and self.count > self.images_per_shard * MAX_ASKED_SHARDS:
+            least = -(-self.count // MAX_ASKED_SHARDS)
+            remedy = f"That makes over {MAX_ASKED_SHARDS} shards: ask for {least} or leave it out."
+            problems.append(Problem("images_per_shard", self.images_per_shard, remedy))
         if problems:
-            raise InvalidInput(problems)
+            raise ProblemsFound(problems)
         return self
 
     def canonical_json(self) -> str:
@@ -119,7 +143,7 @@ def parse_spec(document: object) -> DatasetSpec:
 def parse_spec_text(text: str) -> DatasetSpec:
     """Parse YAML, of which JSON is a part."""
     try:
-        document = yaml.load(text, Loader=_UniqueKeyLoader)
+        document = yaml.load(text, Loader=_UniqueKeyLoader)  # noqa: S506  it is a SafeLoader
     except (yaml.YAMLError, RecursionError) as error:
         remedy = "Write YAML or JSON; the first error is at the place named."
         raise InvalidInput([Problem("spec", str(error), remedy)]) from error
@@ -162,7 +186,7 @@ class _UniqueKeyLoader(yaml.SafeLoader):
     """SafeLoader that refuses a key written twice (YAML would silently keep the last)."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[object, object]:
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]  # type: ignore[no-untyped-call]
+        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
         doubles = sorted({str(key) for key in keys if keys.count(key) > 1})
         if doubles:
             where = node.start_mark

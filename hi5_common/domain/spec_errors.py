@@ -5,9 +5,42 @@ from collections.abc import Sequence
 
 import pydantic
 from pydantic import BaseModel
+from pydantic_core import ErrorDetails
 
-from hi5_common.domain.errors import InvalidInput, Problem
+from hi5_common.domain.errors import Problem
 from hi5_common.domain.vocabulary import Attribute
+
+
+class ProblemsFound(ValueError):
+    """Raised inside pydantic's validation to hand problems through it."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("; ".join(str(problem) for problem in problems))
+
+
+def shape_problems(field: str, request: object) -> list[Problem]:
+    """List what is wrong with the shape of an attribute's request."""
+    match request:
+        case None:
+            return []
+        case list():
+            remedy = "Every value in the list is a name: a string."
+            return [Problem(field, v, remedy) for v in request if not isinstance(v, str)]
+        case dict():
+            return [p for value, n in request.items() for p in _entry_problems(field, value, n)]
+        case _:
+            remedy = "Leave it out for all values, or give a list of values or a map of counts."
+            return [Problem(field, request, remedy)]
+
+
+def _entry_problems(field: str, value: object, count: object) -> list[Problem]:
+    if not isinstance(value, str):
+        return [Problem(field, value, "Every value in the map is a name: a string.")]
+    if isinstance(count, bool) or not isinstance(count, int) or count < 0:
+        remedy = "A count is a whole number, 0 or more."
+        return [Problem(f"{field}.{value}", count, remedy)]
+    return []
 
 
 def request_problems(
@@ -56,23 +89,15 @@ def from_pydantic(error: pydantic.ValidationError, model: type[BaseModel]) -> li
     problems: list[Problem] = []
     for detail in error.errors(include_url=False):
         cause = detail.get("ctx", {}).get("error")
-        if isinstance(cause, InvalidInput):
+        if isinstance(cause, ProblemsFound):
             problems.extend(cause.problems)
         else:
             problems.append(_translated(detail, model))
-    return list(dict.fromkeys(problems)) if _hashable(problems) else problems
+    return problems
 
 
-def _hashable(problems: Sequence[Problem]) -> bool:
-    try:
-        return bool({hash(problem) for problem in problems})
-    except TypeError:
-        return False
-
-
-def _translated(detail: object, model: type[BaseModel]) -> Problem:
-    assert isinstance(detail, dict)
-    location = [str(part) for part in detail["loc"] if not _is_union_branch(str(part))]
+def _translated(detail: ErrorDetails, model: type[BaseModel]) -> Problem:
+    location = [str(part) for part in detail["loc"]]
     field = ".".join(location) or "spec"
     match detail["type"]:
         case "missing":
@@ -83,10 +108,6 @@ def _translated(detail: object, model: type[BaseModel]) -> Problem:
             return Problem(field, detail["input"], f"There is no such field. {remedy}")
         case _:
             return Problem(field, detail["input"], f"{detail['msg']}.")
-
-
-def _is_union_branch(part: str) -> bool:
-    return part.startswith(("list[", "dict[", "constrained-")) or part == "[key]"
 
 
 def _fields_at(model: type[BaseModel], location: Sequence[str]) -> list[str]:

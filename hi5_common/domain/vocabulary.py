@@ -6,6 +6,8 @@ from types import MappingProxyType
 
 
 class Gender(StrEnum):
+    """The shape family a hand is drawn from."""
+
     FEMALE = "female"
     MALE = "male"
 
@@ -22,6 +24,8 @@ class SkinTone(StrEnum):
 
 
 class Pose(StrEnum):
+    """The 41 postures and 3 waves of the Hi5 paper; `poses.csv` holds their joint angles."""
+
     NEUTRAL_RELAXED = "neutral_relaxed"
     NEUTRAL_RIGID = "neutral_rigid"
     GOOD_LUCK = "good_luck"
@@ -82,6 +86,8 @@ class Environment(StrEnum):
 
 
 class Handedness(StrEnum):
+    """Which hand: a left one is mirrored geometry, never a mirrored picture."""
+
     RIGHT = "right"
     LEFT = "left"
 

@@ -40,7 +40,7 @@ def panorama_sha256(environment: Environment) -> str:
 @cache
 def load_panorama(environment: Environment) -> Panorama:
     """Read an environment as linear Rec. 709 radiance, (H, W, 3) float32, equirectangular."""
-    import OpenEXR  # noqa: PLC0415  a slow import that planning does not need
+    import OpenEXR  # slow, and planning does not need it
 
     with OpenEXR.File(str(panorama_path(environment))) as file:
         pixels = np.ascontiguousarray(file.channels()["RGB"].pixels, dtype=np.float32)

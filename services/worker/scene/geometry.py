@@ -3,10 +3,13 @@
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from services.worker.hand.skin import posed_hand
 from services.worker.scene.library import Hand, HandLibrary
 from services.worker.scene.types import Array, HandScene, SceneGeometry
+
+Labels = npt.NDArray[np.int32]
 
 
 def build_geometry(scene: HandScene, hands: HandLibrary) -> SceneGeometry:
@@ -32,6 +35,6 @@ def transformed(matrix: Array, points_m: Array) -> Array:
 
 
 @lru_cache(maxsize=8)
-def _surface_attributes(hand: Hand) -> tuple[Array, Array, np.ndarray[tuple[int], np.dtype[np.int32]]]:
+def _surface_attributes(hand: Hand) -> tuple[Array, Array, Labels]:
     surface, model = hand.surface, hand.model
     return surface.apply(model.nail), surface.apply(model.palm), surface.owners(model.part)

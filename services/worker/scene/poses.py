@@ -8,6 +8,7 @@ import numpy as np
 
 from hi5_common.domain.vocabulary import Pose
 from services.worker.hand.angles import ANGLE_NAMES, JointAngles
+from services.worker.hand.limits import hard_limit_excess_deg
 from services.worker.scene.types import PoseBlend
 
 
@@ -22,10 +23,15 @@ def pose_library() -> dict[Pose, JointAngles]:
 
 
 def blended_angles(blend: PoseBlend) -> JointAngles:
-    """Interpolate joint angles: the limits are a box, so every point on the way keeps them."""
+    """Interpolate joint angles and hold them to the hard limits.
+
+    Only a knuckle that bends past 60 degrees on the way, where its ligaments hold it sideways,
+    ever needs holding: all other limits are a box, which an interpolation cannot leave.
+    """
     library = pose_library()
     source, target = library[blend.source].as_array(), library[blend.target].as_array()
-    return JointAngles.from_array((1.0 - blend.t) * source + blend.t * target)
+    between = JointAngles.from_array((1.0 - blend.t) * source + blend.t * target)
+    return JointAngles.from_array(between.as_array() - hard_limit_excess_deg(between))
 
 
 def draw_blend(pose: Pose, rng: np.random.Generator, most: float) -> PoseBlend:

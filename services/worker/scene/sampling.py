@@ -18,6 +18,7 @@ from services.worker.scene.poses import blended_angles, draw_blend
 from services.worker.scene.skin import skin_of
 from services.worker.scene.types import Array, Camera, HandScene, Light, PolarView, Stance
 from services.worker.scene.view import (
+    ViewedHand,
     camera_at,
     draw_intrinsics,
     draw_stance,
@@ -47,11 +48,12 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     blend = draw_blend(cell.pose, factor_rng(spec.seed, index, "pose_blend"), MAX_BLEND)
     angles = blended_angles(blend)
     model = hands.hand(cell.gender, cell.handedness).model
-    skin_m = posed_hand(model, angles).vertices_m
-    hand_m, arm_m = skin_m[~model.forearm], skin_m[model.forearm]
+    posed = posed_hand(model, angles)
+    skin_m = posed.vertices_m
+    hand = ViewedHand(skin_m[~model.forearm], skin_m[model.forearm], posed.keypoints_m)
     for attempt in range(MAX_VIEW_ATTEMPTS):
-        stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, hand_m)
-        if view_will_do(camera, transformed(placed, hand_m), transformed(placed, arm_m), stance):
+        stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, hand.hand_m)
+        if view_will_do(camera, hand.placed(placed), stance):
             break
     else:
         raise NoViewFound(f"Image {index}: none of {MAX_VIEW_ATTEMPTS} views shows the hand.")

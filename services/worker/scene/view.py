@@ -57,7 +57,7 @@ def draw_view(
     share = math.exp(rng.uniform(*np.log(HAND_SHARE_OF_FRAME)))
     side_px = min(lens.width_px, lens.height_px)
     field_deg = 2.0 * math.degrees(math.atan(side_px / 2.0 / lens.fx_px))
-    slack_deg = field_deg / 2.0 * (1.0 - share) + 2.0
+    slack_deg = field_deg * (0.5 * (1.0 - share) + 0.3 * share)
     return PolarView(
         azimuth_deg=centre + float(rng.uniform(-ranges.spread_deg, ranges.spread_deg)),
         elevation_deg=float(rng.uniform(*ranges.elevation_deg)),
@@ -89,16 +89,30 @@ def camera_at(view: PolarView, target_m: Array, lens: Intrinsics) -> Camera:
     return Camera(lens, world_to_camera)
 
 
-def view_will_do(camera: Camera, hand_m: Array, arm_m: Array, stance: Stance) -> bool:
-    """Tell whether a view shows the hand: near enough whole, not end on, camera outside it.
+@dataclass(frozen=True, eq=False)
+class ViewedHand:
+    """What a view is judged by, in the world: skin of hand and forearm, keypoints, (N, 3) each."""
 
-    hand_m (N, 3) are points of the hand's skin, arm_m (M, 3) of the forearm's, in the world.
-    """
-    if transformed(camera.world_to_camera, np.concatenate([hand_m, arm_m]))[:, 2].min() < 0:
+    hand_m: Array
+    arm_m: Array
+    keypoints_m: Array
+
+    def placed(self, matrix: Array) -> "ViewedHand":
+        """Return the same hand moved by a (4, 4) transform."""
+        parts = (self.hand_m, self.arm_m, self.keypoints_m)
+        return ViewedHand(*(transformed(matrix, part) for part in parts))
+
+
+def view_will_do(camera: Camera, hand: ViewedHand, stance: Stance) -> bool:
+    """Tell whether a view shows the hand: near enough whole, not end on, camera outside it."""
+    everything_m = np.concatenate([hand.hand_m, hand.arm_m])
+    if transformed(camera.world_to_camera, everything_m)[:, 2].min() < 0:
         return False
-    if in_frame_share(camera, hand_m) < 1.0 - MAX_OUT_OF_FRAME:
+    least = min(in_frame_share(camera, points) for points in (hand.hand_m, hand.keypoints_m))
+    if least < 1.0 - MAX_OUT_OF_FRAME:
         return False
-    return _far_enough(camera, hand_m, arm_m) and not _end_on(camera, hand_m, stance)
+    distances_m = np.linalg.norm(everything_m - camera_position(camera), axis=1)
+    return bool(distances_m.min() >= MIN_DISTANCE_M) and not _end_on(camera, hand.hand_m, stance)
 
 
 def in_frame_share(camera: Camera, points_m: Array) -> float:
@@ -112,12 +126,6 @@ def in_frame_share(camera: Camera, points_m: Array) -> float:
     y = lens.fy_px * in_camera[:, 1] / safe + lens.cy_px
     inside = (x >= 0) & (x < lens.width_px) & (y >= 0) & (y < lens.height_px)
     return float(np.mean(ahead & inside))
-
-
-def _far_enough(camera: Camera, hand_m: Array, arm_m: Array) -> bool:
-    position = camera_position(camera)
-    nearest = min(np.linalg.norm(points - position, axis=1).min() for points in (hand_m, arm_m))
-    return bool(nearest >= MIN_DISTANCE_M)
 
 
 def _end_on(camera: Camera, hand_m: Array, stance: Stance) -> bool:
