@@ -9,11 +9,13 @@ RUN pip install --require-hashes --no-deps -r locks/build.txt \
 COPY pyproject.toml LICENSE README.md ./
 COPY hi5_common hi5_common
 COPY services services
-RUN pip --python /opt/hi5/bin/python install --no-deps --no-index --no-build-isolation .
+# Built here, by the pinned hatchling, and installed there: --python would build with there's.
+RUN pip wheel --no-deps --no-index --no-build-isolation --wheel-dir /wheels . \
+    && pip --python /opt/hi5/bin/python install --no-deps --no-index /wheels/*.whl
 
 FROM python:3.13-slim-trixie
 LABEL org.opencontainers.image.title="hi5-api" org.opencontainers.image.licenses="GPL-3.0-or-later"
-RUN useradd --system --uid 10001 --create-home --home-dir /var/lib/hi5 hi5
+RUN useradd --uid 10001 --create-home --home-dir /var/lib/hi5 hi5
 COPY --from=build /opt/hi5 /opt/hi5
 ENV PATH=/opt/hi5/bin:$PATH HOME=/var/lib/hi5 PYTHONUNBUFFERED=1 PYTHONDONTWRITEBYTECODE=1
 WORKDIR /var/lib/hi5
