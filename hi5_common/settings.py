@@ -23,6 +23,13 @@ class RendererName(StrEnum):
     FAKE = "fake"
 
 
+class LogFormat(StrEnum):
+    """How a line of log looks: for people, or one JSON object."""
+
+    TEXT = "text"
+    JSON = "json"
+
+
 class Settings(BaseSettings):
     """What a process of hi5 needs to know about its surroundings.
 
@@ -56,9 +63,19 @@ class Settings(BaseSettings):
     reconcile_s: Seconds = 10
     dispatch_s: Seconds = 1
     ring_s: Seconds = 30
+    log_format: LogFormat = LogFormat.TEXT
+
     max_rings: int = Field(64, ge=1)
     """The most doorbell messages that may wait in the broker at a time."""
     image_timeout_s: Seconds = 300
+    """The longest time between two signs of progress of a render child."""
+    drain_s: float = Field(60, ge=0)
+    """A worker told to stop still finishes a shard that needs no longer than this."""
+    child_images: int = Field(1000, ge=1)
+    """After so many images a render child makes room for a fresh one."""
+    child_memory_mb: int = Field(8192, ge=256)
+    """A render child that has grown beyond this makes room for a fresh one."""
+    sweep_s: Seconds = 300
     orphan_grace_s: float = Field(3600, ge=0)
 
     @field_validator("lease_s")

@@ -10,7 +10,7 @@ from typing import Any, cast
 import sqlalchemy
 from sqlalchemy import Connection, Engine, event, exc
 from sqlalchemy.engine import URL, make_url
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session as Session  # part of this module's interface
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from hi5_common.db import errors

@@ -1,0 +1,73 @@
+"""The Celery application: `celery -A services.worker.celery_app worker`.
+
+Imported by the worker's main process and by every pool process it spawns: it imports neither the
+database nor the object store (whose threads must not be where processes are made).
+"""
+
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+from celery import Celery, bootsteps, signals
+
+from hi5_common.logs import configure_logging
+from hi5_common.queue.celery_settings import celery_settings
+from hi5_common.settings import Settings
+from services.worker import drain
+from services.worker.heartbeat import Heartbeat
+
+BEAT_S = 5.0
+
+
+class HeartbeatStep(bootsteps.StartStopStep):  # type: ignore[misc]
+    """Beats from the event loop that also polls the broker: it stops when the loop hangs."""
+
+    requires = frozenset({"celery.worker.components:Timer"})
+
+    def __init__(self, parent: Any, **options: Any) -> None:
+        super().__init__(parent, **options)
+        self.heartbeat = Heartbeat(Settings().health_dir, "worker")
+
+    def start(self, parent: Any) -> None:
+        """Beat every BEAT_S seconds."""
+        parent.timer.call_repeatedly(BEAT_S, self.heartbeat.beat)
+
+    def stop(self, parent: Any) -> None:  # noqa: ARG002
+        """Leave no sign of life behind."""
+        self.heartbeat.end()
+
+
+def make_app(settings: Settings) -> Celery:
+    """Return the application that the settings ask for."""
+    made = Celery("hi5", include=["services.worker.tasks"])
+    made.conf.update(celery_settings(settings))
+    made.steps["worker"].add(HeartbeatStep)
+    return made
+
+
+@signals.setup_logging.connect
+def _set_up_logging(**_: object) -> None:
+    configure_logging(Settings().log_format)
+
+
+@signals.worker_init.connect
+def _announce_drain_flag(**_: object) -> None:
+    drain.announce(os.environ)
+
+
+@signals.worker_shutting_down.connect
+def _raise_drain_flag(**_: object) -> None:
+    path = os.environ.get(drain.VARIABLE)
+    if path:
+        Path(path).touch()
+
+
+@signals.worker_shutdown.connect
+def _remove_drain_flag(**_: object) -> None:
+    path = os.environ.get(drain.VARIABLE)
+    if path:
+        shutil.rmtree(Path(path).parent, ignore_errors=True)
+
+
+app = make_app(Settings())

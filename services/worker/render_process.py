@@ -1,0 +1,172 @@
+"""One render child: a process of its own session that may crash, hang or leak without harm.
+
+The worker never imports Blender. It starts the child with a clean environment (no credential ever
+enters the process that parses scenes), reads its events from a pipe and kills its whole group.
+"""
+
+import json
+import os
+import selectors
+import signal
+import sys
+import time
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from services.worker.child_events import ChildEvent, parse_event
+
+CHILD_COMMAND: tuple[str, ...] = (sys.executable, "-m", "services.worker.render_child")
+EVENTS_FD = 3
+_KEPT = ("PATH", "LANG", "LD_LIBRARY_PATH", "CUDA_VISIBLE_DEVICES", "CUDA_CACHE_PATH")
+_KEPT_PREFIXES = ("PYTHON", "LC_", "NVIDIA_", "OPTIX_")
+_READ_BYTES = 1 << 16
+_LOG_TAIL_BYTES = 2000
+
+
+@dataclass(frozen=True)
+class RenderJob:
+    """What a child is told on its standard input, as one line of JSON."""
+
+    spec: dict[str, Any]
+    indices: tuple[int, ...]
+    out_dir: str
+    threads: int
+    renderer: str
+    cache_dir: str
+    fault: str | None = None
+
+
+class ChildGone(Exception):  # noqa: N818
+    """The child has ended; there are no more events."""
+
+
+class RenderProcess:
+    """A running child. Create it in the thread that lives longest: its death kills the child."""
+
+    def __init__(self, job: RenderJob, folder: Path, command: Sequence[str]) -> None:
+        self._folder = folder
+        self._events: deque[ChildEvent] = deque()
+        self._partial = b""
+        self._status: int | None = None
+        self._reader, writer = os.pipe()
+        os.set_blocking(self._reader, False)
+        try:
+            self.pid = _spawn(command, job, folder, writer)
+        except BaseException:
+            os.close(self._reader)
+            raise
+        finally:
+            os.close(writer)
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._reader, selectors.EVENT_READ)
+
+    def next_event(self, timeout_s: float) -> ChildEvent | None:
+        """Return the next event, or None if none came in time.
+
+        Raises ChildGone at the end and ProtocolError for a line that is no event.
+        """
+        if not self._events:
+            # A grandchild may hold the pipe open: the child's own end counts, not the pipe's.
+            gone = self._poll() is not None
+            readable = self._selector.select(0 if gone else timeout_s)
+            if (not readable or not self._read()) and gone:
+                raise ChildGone
+        return self._events.popleft() if self._events else None
+
+    def kill(self) -> None:
+        """Kill the child and all it has started; wait until it is gone."""
+        self._signal_group()
+        while self._poll() is None:
+            time.sleep(0.01)
+        self._signal_group()
+
+    def close(self) -> None:
+        """Kill the child and free its pipe."""
+        self.kill()
+        self._selector.close()
+        os.close(self._reader)
+
+    def describe_end(self) -> str:
+        """Return how the child ended, with the last lines of its log."""
+        code = None if self._status is None else os.waitstatus_to_exitcode(self._status)
+        match code:
+            case None:
+                how = "still running"
+            case int() if code < 0:
+                how = f"killed by {signal.Signals(-code).name}"
+            case _:
+                how = f"exit code {code}"
+        return f"{how}; log: {_tail(log_path(self._folder))}"
+
+    def _poll(self) -> int | None:
+        if self._status is None:
+            pid, status = os.waitpid(self.pid, os.WNOHANG)
+            self._status = status if pid else None
+        return self._status
+
+    def _signal_group(self) -> None:
+        try:
+            os.killpg(self.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            return
+
+    def _read(self) -> bool:
+        """Take what is in the pipe; return False at its end."""
+        try:
+            data = os.read(self._reader, _READ_BYTES)
+        except BlockingIOError:
+            return False
+        if not data and self._status is None:
+            time.sleep(0.01)  # the pipe is closed and the child about to end
+        *lines, self._partial = (self._partial + data).split(b"\n")
+        self._events.extend(parse_event(line) for line in lines if line.strip())
+        return bool(data)
+
+
+def log_path(folder: Path) -> Path:
+    """Return where the children of an attempt write their standard output."""
+    return folder / "child.log"
+
+
+def _spawn(command: Sequence[str], job: RenderJob, folder: Path, writer: int) -> int:
+    # The job comes from a file: a pipe could block on a child that never reads.
+    job_path = folder / "job.json"
+    job_path.write_text(json.dumps(asdict(job)) + "\n", encoding="utf-8")
+    append = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+    return os.posix_spawn(
+        command[0],
+        list(command),
+        clean_environment(os.environ, folder),
+        file_actions=[
+            (os.POSIX_SPAWN_DUP2, writer, EVENTS_FD),
+            (os.POSIX_SPAWN_OPEN, 0, str(job_path), os.O_RDONLY, 0),
+            (os.POSIX_SPAWN_OPEN, 1, str(log_path(folder)), append, 0o600),
+            (os.POSIX_SPAWN_DUP2, 1, 2),
+        ],
+        setsid=True,
+        setsigmask=(),
+        setsigdef=(signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1),
+    )
+
+
+def clean_environment(inherited: Mapping[str, str], folder: Path) -> dict[str, str]:
+    """Return what a child may know of our environment: no setting of hi5, no credential."""
+    kept = {
+        name: value
+        for name, value in inherited.items()
+        if name in _KEPT or name.startswith(_KEPT_PREFIXES)
+    }
+    temporary = folder / "tmp"
+    temporary.mkdir(exist_ok=True)
+    return {**kept, "HOME": str(temporary), "TMPDIR": str(temporary)}
+
+
+def _tail(path: Path) -> str:
+    try:
+        data = path.read_bytes()[-_LOG_TAIL_BYTES:]
+    except OSError:
+        return "(none)"
+    return data.decode("utf-8", "replace").strip() or "(empty)"

@@ -1,0 +1,211 @@
+"""Rendering the images of a shard through as many child processes as it takes."""
+
+import hashlib
+import logging
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from hi5_common.domain.retry import FailureKind
+from services.worker import child_events
+from services.worker.attempt_errors import AttemptFailed, DrainRequested
+from services.worker.child_events import AllDone, ImageRefused, ImageRendered, Ready
+from services.worker.render_process import ChildGone, RenderJob, RenderProcess
+
+log = logging.getLogger(__name__)
+
+TRIES_PER_IMAGE = 3
+TICK_S = 0.25
+
+
+@dataclass(frozen=True)
+class Limits:
+    """When to give up on a child: seconds without progress, images made, megabytes grown."""
+
+    image_timeout_s: float
+    images: int
+    memory_mb: int
+    drain_s: float
+
+
+@dataclass(frozen=True)
+class RenderedImage:
+    """The verified files of one image in the output folder."""
+
+    index: int
+    image_path: Path
+    label_path: Path
+    image_sha256: str
+    label_sha256: str
+
+
+@dataclass
+class ShardRender:
+    """The state of rendering one shard: what is done, and what went wrong where.
+
+    check is called several times a second; it raises to end the attempt (lease lost, cancelled).
+    draining says whether the worker is told to stop.
+    """
+
+    job: RenderJob
+    folder: Path
+    extension: str
+    command: Sequence[str]
+    limits: Limits
+    check: Callable[[int], None]
+    draining: Callable[[], bool]
+    done: dict[int, RenderedImage] = field(default_factory=dict)
+    tries: dict[int, int] = field(default_factory=dict)
+    failed_starts: int = 0
+    seconds_spent: float = 0.0
+    drain_since_s: float | None = None
+
+    def run(self) -> list[RenderedImage]:
+        """Render every image of the job; return them in order of their index.
+
+        A crash or a hang costs the image in flight. Raises AttemptFailed when an image has
+        brought down TRIES_PER_IMAGE children, or that many would not even start.
+        """
+        while remaining := self._remaining():
+            self._run_child(remaining)
+        return [self.done[index] for index in sorted(self.done)]
+
+    def _remaining(self) -> tuple[int, ...]:
+        return tuple(index for index in self.job.indices if index not in self.done)
+
+    def _run_child(self, indices: tuple[int, ...]) -> None:
+        child = RenderProcess(replace(self.job, indices=indices), self.folder, self.command)
+        log.info("render child started", extra={"action": "child_start", "pid": child.pid})
+        try:
+            _Supervision(self, child, list(indices)).watch()
+        finally:
+            child.close()
+
+    def accept(self, event: ImageRendered) -> None:
+        """Count an image as done if its files are what the child says they are."""
+        stem = f"{event.index:09d}"
+        out_dir = Path(self.job.out_dir)
+        image = RenderedImage(
+            event.index,
+            out_dir / f"{stem}.{self.extension}",
+            out_dir / f"{stem}.json",
+            event.image_sha256,
+            event.label_sha256,
+        )
+        self.seconds_spent += event.seconds
+        if _matches(image.image_path, image.image_sha256) and _matches(
+            image.label_path, image.label_sha256
+        ):
+            self.done[event.index] = image
+        else:
+            self.blame(event.index, "the files are not what the child reported")
+
+    def blame(self, index: int, reason: str) -> None:
+        """Count a try of an image that came to nothing; give up after the last one."""
+        self.tries[index] = self.tries.get(index, 0) + 1
+        log.warning(
+            "image failed",
+            extra={"action": "image_failed", "index": index, "try": self.tries[index]},
+        )
+        if self.tries[index] >= TRIES_PER_IMAGE:
+            message = f"image {index} failed {TRIES_PER_IMAGE} times: {reason}"
+            raise AttemptFailed(FailureKind.IMAGE, message)
+
+    def blame_start(self, reason: str) -> None:
+        """Count a child that ended before it was ready."""
+        self.failed_starts += 1
+        if self.failed_starts >= TRIES_PER_IMAGE:
+            raise AttemptFailed(
+                FailureKind.CHILD_START, f"the render child will not start: {reason}"
+            )
+
+    def heed(self) -> None:
+        """Raise if the attempt has to end now."""
+        self.check(len(self.done))
+        if not self.draining() or not self._remaining():
+            return
+        now_s = time.monotonic()
+        self.drain_since_s = now_s if self.drain_since_s is None else self.drain_since_s
+        left_s = self.limits.drain_s - (now_s - self.drain_since_s)
+        if self._needed_s() > left_s:
+            raise DrainRequested
+
+    def _needed_s(self) -> float:
+        if not self.done:
+            return float("inf")
+        return len(self._remaining()) * self.seconds_spent / len(self.done)
+
+
+@dataclass
+class _Supervision:
+    """Watching over one child until it ends, hangs, or has grown too old."""
+
+    shard: ShardRender
+    child: RenderProcess
+    waiting: list[int]
+    ready: bool = False
+    images: int = 0
+
+    def watch(self) -> None:
+        deadline_s = self._deadline_s()
+        while True:
+            self.shard.heed()
+            try:
+                event = self.child.next_event(TICK_S)
+            except ChildGone:
+                return self._crashed(self.child.describe_end())
+            except child_events.ProtocolError as error:
+                return self._crashed(str(error))
+            if event is None and time.monotonic() > deadline_s:
+                return self._crashed(f"no progress for {self.shard.limits.image_timeout_s:g} s")
+            if event is not None:
+                deadline_s = self._deadline_s()
+                if self._handle(event):
+                    return None
+
+    def _deadline_s(self) -> float:
+        return time.monotonic() + self.shard.limits.image_timeout_s
+
+    def _handle(self, event: child_events.ChildEvent) -> bool:
+        """Take in an event; return True when this child is finished with."""
+        match event:
+            case Ready():
+                self.ready = True
+            case ImageRendered():
+                self._take(event.index)
+                self.shard.accept(event)
+                return self._finished_with(event)
+            case ImageRefused():
+                self._take(event.index)
+                self.shard.blame(event.index, event.reason)
+            case AllDone():
+                for index in self.waiting:
+                    self.shard.blame(index, "the child forgot it")
+                return True
+        return False
+
+    def _take(self, index: int) -> None:
+        if index in self.waiting:
+            self.waiting.remove(index)
+
+    def _finished_with(self, event: ImageRendered) -> bool:
+        self.images += 1
+        limits = self.shard.limits
+        grown = event.rss_mb > limits.memory_mb
+        # Without work left there is nothing to wait for: an exit may hang or crash.
+        return grown or self.images >= limits.images or not self.waiting
+
+    def _crashed(self, how: str) -> None:
+        if self.ready and self.waiting:
+            self.shard.blame(self.waiting[0], how)
+        elif self.waiting:
+            self.shard.blame_start(how)
+
+
+def _matches(path: Path, sha256: str) -> bool:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest() == sha256
+    except OSError:
+        return False

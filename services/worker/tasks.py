@@ -1,0 +1,47 @@
+"""The one task: a doorbell. Everything that matters happens in shard_runner."""
+
+import functools
+import logging
+import platform
+import uuid
+from typing import TYPE_CHECKING
+
+from hi5_common.domain.errors import TransientError
+from hi5_common.queue.port import RENDER_SHARD, hinted_shard
+from hi5_common.settings import Settings
+from services.worker import drain
+from services.worker.celery_app import app
+
+if TYPE_CHECKING:
+    from services.worker.shard_runner import ShardRunner
+
+log = logging.getLogger(__name__)
+
+MOST_ATTEMPTS = 100
+"""After so many a task ends, so that Celery can renew its pool process."""
+
+
+@app.task(name=RENDER_SHARD, ignore_result=True)
+def render_shard(message: object) -> None:
+    """Work on the hinted shard, then on whatever is due, until nothing is."""
+    try:
+        _runner().run_while_due(hinted_shard(message), MOST_ATTEMPTS)
+    except TransientError as error:  # the keeper rings again
+        log.warning("no work taken: %s", error, extra={"action": "claim_failed"})
+
+
+@functools.cache
+def _runner() -> "ShardRunner":
+    # Imported here, in a pool process: the main process stays free of threads.
+    from hi5_common.db.engine import open_database
+    from hi5_common.storage.open import open_store
+    from services.worker.shard_runner import ShardRunner
+
+    settings = Settings()
+    return ShardRunner(
+        database=open_database(settings.resolved_database_url),
+        store=open_store(settings),
+        settings=settings,
+        owner=f"{platform.node()[:80]}-{uuid.uuid4().hex[:12]}",
+        draining=drain.of_this_process(),
+    )
