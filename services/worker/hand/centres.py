@@ -24,7 +24,8 @@ def rotation_centres_m(vertices_m: F8, faces: I4, weights: F8) -> F8:
     total = similarity.sum(axis=1)
     shared = total > 1e-12 * area.sum()
     centres = vertices_m.copy()
-    mean = similarity[shared] @ corners.mean(axis=1)
+    # einsum, not BLAS: the sum must not depend on the number of threads.
+    mean = np.einsum("vt,tk->vk", similarity[shared], corners.mean(axis=1))
     centres[shared] = mean / total[shared, None]
     return centres
 

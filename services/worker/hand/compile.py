@@ -134,7 +134,8 @@ def _assembled(
 def _read(path: Path) -> HandModel | None:
     """The cached model, or None when there is none or it is damaged."""
     try:
-        with np.load(path, allow_pickle=False) as filed:
+        # Opened here: np.load leaves its file open when the archive is damaged.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as filed:
             model = _restored({name: filed[name] for name in filed.files})
     except FileNotFoundError:
         return None

@@ -15,6 +15,8 @@ CUT = 0.04
 """Faces are kept whose corners all lie further than this share from elbow to wrist."""
 RIM = 0.03
 """Where the flat end of the forearm lies, as a share from elbow to wrist."""
+RIM_SMOOTHINGS = 4
+"""The cut follows the mesh in zigzags; this many averages along the ring round them off."""
 RIM_INSET = 0.8
 """Radius of the ring on the flat end that keeps its edge tight under subdivision."""
 
@@ -122,5 +124,7 @@ def cap_vertices_m(boundary_m: F8, elbow_m: F8, wrist_m: F8) -> F8:
     axis = forearm / np.linalg.norm(forearm)
     along = (boundary_m - elbow_m) @ axis
     rim = boundary_m + np.outer(RIM * np.linalg.norm(forearm) - along, axis)
+    for _ in range(RIM_SMOOTHINGS):
+        rim = (np.roll(rim, 1, axis=0) + 2.0 * rim + np.roll(rim, -1, axis=0)) / 4.0
     centre = rim.mean(axis=0)
     return np.concatenate([rim, centre + RIM_INSET * (rim - centre), centre[None]])

@@ -16,7 +16,8 @@ def about(axis: F8, angle_deg: float) -> F8:
     x, y, z = unit(axis)
     angle = np.radians(angle_deg)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    rotation: F8 = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    return rotation
 
 
 def swing(start: F8, end: F8) -> F8:

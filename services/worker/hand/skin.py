@@ -48,6 +48,6 @@ def skinned(points_m: F8, centres_m: F8, weights: F8, bones: F8) -> F8:
     quaternion = quaternions(bones[:, :3, :3])
     agree = np.where(quaternion @ quaternion.T < 0.0, -1.0, 1.0)
     signed = weights * agree[np.argmax(weights, axis=1)]
-    rotations = matrices(unit(signed @ quaternion))
+    rotations = matrices(unit(np.einsum("vb,bk->vk", signed, quaternion)))
     offset: F8 = np.einsum("nij,nj->ni", rotations, points_m - centres_m)
     return offset + blended(centres_m, weights, bones)
