@@ -1,0 +1,15 @@
+"""The plan against the rows' tallies."""
+
+from uuid import UUID
+
+from hi5_common.db import datasets
+from hi5_common.domain.balance import Balance, balance_of
+from services.api.parts import Parts
+
+
+def balance(parts: Parts, dataset_id: UUID) -> Balance:
+    """Return requested, planned and delivered counts. Raises DatasetNotFound."""
+    with parts.database.snapshot() as session:
+        dataset = datasets.get(session, dataset_id)
+        delivered = parts.tallies.of(dataset, lambda: datasets.tallies(session, dataset_id))
+    return balance_of(parts.plans.of(dataset.spec), delivered, dataset.images_done)

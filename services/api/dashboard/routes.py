@@ -1,0 +1,63 @@
+"""The pages people look at; every number on them is in the JSON API too."""
+
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, Query, Request, Response
+from pydantic import Field
+
+from hi5_common.domain.spec import MAX_COUNT
+from hi5_common.domain.vocabulary import SKELETON, Attribute
+from services.api.balance.service import balance
+from services.api.dashboard.charts import bar_chart, heat_table
+from services.api.dashboard.gallery import gallery
+from services.api.dashboard.pages import page
+from services.api.dashboard.shards import shard_board
+from services.api.datasets import service
+from services.api.datasets.schemas import DatasetPageQuery, DatasetView
+from services.api.paging import StrictQuery
+from services.api.parts import Wired
+
+router = APIRouter(include_in_schema=False)
+
+
+class DatasetQuery(StrictQuery):
+    """The first image to show, and the two attributes to cross."""
+
+    from_: int = Field(0, alias="from", ge=0, lt=MAX_COUNT)
+    a: Attribute = Attribute.SKIN_TONE
+    b: Attribute = Attribute.GENDER
+
+
+@router.get("/")
+def show_datasets(
+    parts: Wired, request: Request, query: Annotated[DatasetPageQuery, Query()]
+) -> Response:
+    """Show datasets with their progress, the newest first."""
+    found = service.page(parts, query.limit + 1, query.after)
+    shown = [DatasetView.of(dataset) for dataset in found[: query.limit]]
+    following = shown[-1].id if len(found) > query.limit else None
+    return page(request, "datasets.html", datasets=shown, following=following, query=query)
+
+
+@router.get("/datasets/{dataset_id}")
+def show_dataset(
+    parts: Wired, request: Request, dataset_id: UUID, query: Annotated[DatasetQuery, Query()]
+) -> Response:
+    """Show one dataset: progress, shards, balance, pairs, pictures."""
+    dataset = service.get(parts, dataset_id)
+    found = balance(parts, dataset_id)
+    crossed = heat_table(found, query.a, query.b) if query.a is not query.b else None
+    return page(
+        request,
+        "dataset.html",
+        dataset=DatasetView.of(dataset),
+        board=shard_board(parts, dataset_id),
+        balance=found,
+        charts=[bar_chart(table) for table in found.attributes],
+        heat=crossed,
+        gallery=gallery(parts, dataset_id, parts.plans.of(dataset.spec), query.from_),
+        query=query,
+        attributes=list(Attribute),
+        skeleton=SKELETON,
+    )

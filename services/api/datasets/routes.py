@@ -1,0 +1,86 @@
+"""Submit datasets, look at them, cancel, retry, delete."""
+
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, BackgroundTasks, Header, Query, Response
+
+from services.api.datasets import service
+from services.api.datasets.schemas import (
+    DatasetPage,
+    DatasetPageQuery,
+    DatasetView,
+    EventPage,
+    EventView,
+    RetriedView,
+)
+from services.api.paging import Limited, next_address
+from services.api.parts import Wired
+from services.api.spec_body import OPENAPI_BODY, SpecBody
+
+router = APIRouter(prefix="/v1/datasets", tags=["datasets"])
+
+IdempotencyKey = Annotated[
+    str | None,
+    Header(alias="Idempotency-Key", min_length=1, max_length=200, pattern=r"^[ -~]+$"),
+]
+
+
+@router.post("", status_code=201, openapi_extra=OPENAPI_BODY)
+def submit_dataset(
+    parts: Wired,
+    spec: SpecBody,
+    background: BackgroundTasks,
+    response: Response,
+    idempotency_key: IdempotencyKey = None,
+) -> DatasetView:
+    """Store a spec and start work. The same Idempotency-Key and spec again give 200, no copy."""
+    submitted = service.submit(parts, spec, idempotency_key)
+    background.add_task(parts.announce, submitted.due)
+    response.status_code = 201 if submitted.created else 200
+    response.headers["Location"] = f"/v1/datasets/{submitted.dataset.id}"
+    return DatasetView.of(submitted.dataset)
+
+
+@router.get("")
+def list_datasets(parts: Wired, query: Annotated[DatasetPageQuery, Query()]) -> DatasetPage:
+    """List datasets, the newest first."""
+    found = service.page(parts, query.limit + 1, query.after)
+    items = found[: query.limit]
+    last = items[-1].id if items else None
+    following = next_address("/v1/datasets", query.limit, last, full=len(found) > query.limit)
+    return DatasetPage(items=[DatasetView.of(dataset) for dataset in items], next=following)
+
+
+@router.get("/{dataset_id}")
+def get_dataset(parts: Wired, dataset_id: UUID) -> DatasetView:
+    """Return one dataset and how far it has come."""
+    return DatasetView.of(service.get(parts, dataset_id))
+
+
+@router.get("/{dataset_id}/events")
+def list_events(parts: Wired, dataset_id: UUID, query: Annotated[Limited, Query()]) -> EventPage:
+    """List what happened to a dataset, the newest first."""
+    found = service.latest_events(parts, dataset_id, query.limit)
+    return EventPage(items=[EventView.of(event) for event in found])
+
+
+@router.post("/{dataset_id}/cancel", status_code=202)
+def cancel_dataset(parts: Wired, dataset_id: UUID) -> DatasetView:
+    """Stop: pending shards now, leased ones when their workers next ask. What is done stays."""
+    return DatasetView.of(service.cancel(parts, dataset_id))
+
+
+@router.post("/{dataset_id}/retry", status_code=202)
+def retry_dataset(parts: Wired, dataset_id: UUID, background: BackgroundTasks) -> RetriedView:
+    """Give failed shards another chance."""
+    retried = service.retry(parts, dataset_id)
+    background.add_task(parts.announce, retried.due)
+    return RetriedView(retried_shards=retried.count, dataset=DatasetView.of(retried.dataset))
+
+
+@router.delete("/{dataset_id}", status_code=204, response_class=Response)
+def delete_dataset(parts: Wired, dataset_id: UUID) -> Response:
+    """Forget a dataset. Its objects are removed by the keeper a while later."""
+    service.delete(parts, dataset_id)
+    return Response(status_code=204)

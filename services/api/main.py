@@ -1,0 +1,73 @@
+"""The composition root: settings in, application out. Importing this module does nothing.
+
+Run it with `uvicorn services.api.main:create_app --factory`.
+"""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+
+from hi5_common.db.engine import open_database
+from hi5_common.queue.celery_doorbell import CeleryDoorbell
+from hi5_common.settings import Settings
+from hi5_common.storage.open import open_store
+from hi5_common.version import hi5_version
+from services.api import errors
+from services.api.balance.routes import router as balance
+from services.api.catalogue.routes import router as catalogue
+from services.api.dashboard import pages
+from services.api.dashboard.routes import router as dashboard
+from services.api.datasets.routes import router as datasets
+from services.api.health.routes import router as health
+from services.api.images.routes import router as images
+from services.api.manifest.routes import router as manifest
+from services.api.objects.routes import router as objects
+from services.api.parts import Parts
+from services.api.plans.routes import router as plans
+from services.api.problems import MEDIA_TYPE, ProblemDetails
+from services.api.settings import ApiSettings
+from services.api.shield import Shield
+
+ROUTERS = (datasets, manifest, balance, images, objects, plans, catalogue, health, dashboard)
+
+
+def create_app() -> FastAPI:
+    """Read the settings and open what they name; nothing is contacted before a request."""
+    settings = Settings()
+    parts = Parts.of(
+        settings,
+        open_database(settings.resolved_database_url),
+        open_store(settings),
+        CeleryDoorbell(settings),
+    )
+    return assemble(parts, ApiSettings())
+
+
+def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
+    """Put an application together from its parts; it disposes of the database at its end."""
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        yield
+        parts.database.dispose()
+
+    app = FastAPI(
+        title="hi5",
+        summary="Balanced, fully labelled synthetic hand-pose datasets",
+        version=hi5_version(),
+        docs_url=None,  # both would load scripts from elsewhere
+        redoc_url=None,
+        redirect_slashes=False,
+        lifespan=lifespan,
+        max_body_size=api_settings.max_body_bytes,
+        responses={"default": {"model": ProblemDetails, "content": {MEDIA_TYPE: {}}}},
+    )
+    app.state.parts = parts
+    app.state.max_body_bytes = api_settings.max_body_bytes
+    errors.install(app)
+    for router in ROUTERS:
+        app.include_router(router)
+    app.mount("/static", pages.static_files(), name="static")
+    app.add_middleware(Shield, allowed_hosts=api_settings.allowed_hosts)
+    return app

@@ -1,0 +1,28 @@
+"""GET what a dataset consists of."""
+
+from typing import Annotated
+from uuid import UUID
+
+from fastapi import APIRouter, Query
+from pydantic import Field
+
+from hi5_common.domain.manifest import Manifest
+from services.api.manifest import service
+from services.api.paging import Limited
+from services.api.parts import Wired
+
+router = APIRouter(prefix="/v1/datasets", tags=["manifest"])
+
+
+class ManifestQuery(Limited):
+    """`after` is the number of the last shard of the page before."""
+
+    after: int | None = Field(None, ge=0, le=2**31 - 1)
+
+
+@router.get("/{dataset_id}/manifest")
+def get_manifest(
+    parts: Wired, dataset_id: UUID, query: Annotated[ManifestQuery, Query()]
+) -> Manifest:
+    """Return progress, totals and shards with their objects' keys, sizes and SHA-256."""
+    return service.manifest(parts, dataset_id, query.limit, query.after)

@@ -1,0 +1,29 @@
+"""One page of a manifest, read in one snapshot."""
+
+from uuid import UUID
+
+from hi5_common.db import datasets, shards
+from hi5_common.domain.manifest import Manifest, manifest_shard, progress_of
+from services.api.paging import next_address
+from services.api.parts import Parts
+
+
+def manifest(parts: Parts, dataset_id: UUID, limit: int, after: int | None) -> Manifest:
+    """Return the shards after number `after`. Raises DatasetNotFound."""
+    with parts.database.snapshot() as session:
+        dataset = datasets.get(session, dataset_id)
+        found = shards.of_dataset(session, dataset_id, limit + 1, after)
+        tallies = parts.tallies.of(dataset, lambda: datasets.tallies(session, dataset_id))
+    page = found[:limit]
+    path = f"/v1/datasets/{dataset_id}/manifest"
+    last = page[-1].number if page else None
+    return Manifest(
+        dataset_id=dataset.id,
+        status=dataset.status,
+        created_at=dataset.created_at,
+        spec=dataset.spec,
+        progress=progress_of(dataset),
+        tallies=tallies.values,
+        shards=tuple(manifest_shard(shard) for shard in page),
+        next=next_address(path, limit, last, full=len(found) > limit),
+    )

@@ -1,0 +1,23 @@
+"""Plans of the specs asked about last: making one costs more than a request should."""
+
+import functools
+
+from hi5_common.domain.plan import Plan
+from hi5_common.domain.spec import DatasetSpec
+
+PLANS_KEPT = 64
+
+
+class Plans:
+    """A plan is a pure function of its spec, so it never goes stale."""
+
+    def __init__(self) -> None:
+        self._plan = functools.lru_cache(maxsize=PLANS_KEPT)(_plan)
+
+    def of(self, spec: DatasetSpec) -> Plan:
+        """Return the plan of a spec."""
+        return self._plan(spec.canonical_json())
+
+
+def _plan(canonical_json: str) -> Plan:
+    return Plan.of(DatasetSpec.model_validate_json(canonical_json))

@@ -1,0 +1,15 @@
+"""POST a spec to see its plan; nothing is stored and nothing rendered."""
+
+from fastapi import APIRouter
+
+from services.api.parts import Wired
+from services.api.plans.schemas import PlanView
+from services.api.spec_body import OPENAPI_BODY, SpecBody
+
+router = APIRouter(prefix="/v1/plans", tags=["plans"])
+
+
+@router.post("", openapi_extra=OPENAPI_BODY)
+def make_plan(parts: Wired, spec: SpecBody) -> PlanView:
+    """Return exact counts, shards, evenness of the joint cells, and the first images' cells."""
+    return PlanView.of(parts.plans.of(spec))

@@ -1,0 +1,46 @@
+"""A plan as the API shows it."""
+
+from typing import Self
+
+from pydantic import BaseModel
+
+from hi5_common.domain.plan import Plan
+from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.vocabulary import Attribute
+from services.api.limits import check_shards, shard_count
+
+FIRST_CELLS = 24
+
+
+class JointView(BaseModel):
+    """The smallest and the largest number of images in a joint cell of all attributes."""
+
+    smallest: int
+    largest: int
+
+
+class PlanView(BaseModel):
+    """What a spec would give: counts are exact."""
+
+    spec: DatasetSpec
+    count: int
+    shards: int
+    images_per_shard: int
+    values: dict[Attribute, dict[str, int]]
+    joint: JointView
+    first_cells: list[dict[Attribute, str]]
+
+    @classmethod
+    def of(cls, plan: Plan) -> Self:
+        """Show a plan. Raises InvalidInput if it could not be submitted."""
+        check_shards(plan)
+        smallest, largest = plan.joint_extremes()
+        return cls(
+            spec=plan.spec,
+            count=plan.count,
+            shards=shard_count(plan),
+            images_per_shard=plan.images_per_shard,
+            values={attribute: plan.value_counts(attribute) for attribute in Attribute},
+            joint=JointView(smallest=smallest, largest=largest),
+            first_cells=[cell.as_dict() for cell in plan.cells(0, min(FIRST_CELLS, plan.count))],
+        )

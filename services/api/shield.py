@@ -1,0 +1,73 @@
+"""The outermost layer: who may ask, what browsers may do with answers, and no error unanswered."""
+
+from collections.abc import Sequence
+
+from starlette.datastructures import MutableHeaders
+from starlette.requests import Request
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from hi5_common.domain.errors import Problem
+from services.api.errors import internal_error
+from services.api.problems import ApiError, problem_response
+from services.api.settings import ANY_HOST
+
+SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+        "connect-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+class Shield:
+    """ASGI middleware around everything. A process boundary: here no exception passes."""
+
+    def __init__(self, app: ASGIApp, allowed_hosts: Sequence[str]) -> None:
+        self.app = app
+        self.allowed_hosts = frozenset(host.lower() for host in allowed_hosts)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        started = False
+
+        async def send_shielded(message: Message) -> None:
+            nonlocal started
+            if message["type"] == "http.response.start":
+                started = True
+                headers = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        request = Request(scope)
+        try:
+            if refusal := self._refusal(request):
+                await problem_response(refusal, request.url.path)(scope, receive, send_shielded)
+            else:
+                await self.app(scope, receive, send_shielded)
+        except Exception as error:
+            if started:
+                raise  # too late to answer: the server must break the connection
+            response = problem_response(internal_error(error), request.url.path)
+            await response(scope, receive, send_shielded)
+
+    def _refusal(self, request: Request) -> ApiError | None:
+        host = (request.url.hostname or "").lower()
+        if ANY_HOST not in self.allowed_hosts and host not in self.allowed_hosts:
+            remedy = "Add the name to HI5_API_ALLOWED_HOSTS, a JSON list, or use localhost."
+            problem = Problem("Host", request.headers.get("host", ""), remedy)
+            return ApiError(400, "host", "Unknown host name", [problem])
+        site = request.headers.get("sec-fetch-site", "none")
+        if request.method not in SAFE_METHODS and site in {"cross-site", "same-site"}:
+            remedy = "Change datasets from hi5's own pages, the command hi5, or a program."
+            return ApiError(
+                403, "cross-site", "Another site's page asked", [Problem("Origin", site, remedy)]
+            )
+        return None
