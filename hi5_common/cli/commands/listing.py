@@ -1,0 +1,31 @@
+"""`hi5 list`: every dataset, the newest first."""
+
+import itertools
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from hi5_common.cli import console
+from hi5_common.cli.options import DataDirOption, JsonOption, UrlOption
+from hi5_common.cli.target import open_service
+
+
+def list_datasets(
+    limit: Annotated[int, typer.Option(min=1, help="How many at most.")] = 50,
+    as_json: JsonOption = False,
+    url: UrlOption = None,
+    data_dir: DataDirOption = None,
+) -> None:
+    """List datasets, the newest first."""
+    with open_service(url, data_dir) as service:
+        found = list(itertools.islice(service.datasets(), limit))
+    if as_json:
+        console.write_json([item.model_dump(mode="json") for item in found])
+        return
+    table = Table("id", "name", "state", "images", "created", box=None)
+    for item in found:
+        images = f"{item.progress.done:,}/{item.progress.count:,}"
+        created = item.created_at.strftime("%Y-%m-%d %H:%M")
+        table.add_row(str(item.id), item.name, item.status.value, images, created)
+    console.out.print(table)

@@ -1,0 +1,79 @@
+"""`hi5 plan`: what a spec would give, without rendering."""
+
+import csv
+import sys
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from hi5_common.cli import console
+from hi5_common.cli.console import Json
+from hi5_common.cli.options import JsonOption, SpecArgument, read_spec
+from hi5_common.domain.errors import InvalidInput, Problem
+from hi5_common.domain.plan import Plan
+from hi5_common.domain.vocabulary import Attribute
+
+
+def plan(
+    spec_path: SpecArgument,
+    as_json: JsonOption = False,
+    cells: Annotated[bool, typer.Option("--cells", help="One CSV row an image.")] = False,
+) -> None:
+    """Print the exact counts a spec would give, without rendering anything."""
+    if as_json and cells:
+        remedy = "Ask for the summary with --json or for the images with --cells."
+        raise InvalidInput([Problem("--cells", "--json --cells", remedy)])
+    planned = Plan.of(read_spec(spec_path))
+    if cells:
+        _write_cells(planned)
+    elif as_json:
+        console.write_json(summary(planned))
+    else:
+        _print_summary(planned)
+
+
+def summary(planned: Plan) -> dict[str, Json]:
+    """Return counts, shards and evenness as plain data."""
+    smallest, largest = planned.joint_extremes()
+    return {
+        "name": planned.spec.name,
+        "seed": planned.spec.seed,
+        "count": planned.count,
+        "images_per_shard": planned.images_per_shard,
+        "shards": -(-planned.count // planned.images_per_shard),
+        "attributes": {name.value: planned.value_counts(name) for name in Attribute},
+        "images_per_joint_cell": {"smallest": smallest, "largest": largest},
+    }
+
+
+def _write_cells(planned: Plan) -> None:
+    rows = csv.writer(sys.stdout, lineterminator="\n")
+    rows.writerow(["index", *(attribute.value for attribute in Attribute)])
+    for index, cell in enumerate(planned.cells()):
+        rows.writerow([index, *cell.as_dict().values()])
+
+
+def _print_summary(planned: Plan) -> None:
+    table = Table("attribute", "values", "images of each", box=None, pad_edge=False)
+    for attribute in Attribute:
+        counts = planned.value_counts(attribute)
+        table.add_row(attribute.value, str(len(counts)), _shares(counts))
+    smallest, largest = planned.joint_extremes()
+    shards = -(-planned.count // planned.images_per_shard)
+    console.out.print(
+        f"[bold]{planned.spec.name}[/]: {planned.count:,} images, seed {planned.spec.seed}, "
+        f"{shards:,} shards of up to {planned.images_per_shard:,}"
+    )
+    console.out.print(table)
+    console.out.print(f"Each joint cell gets {_span(smallest, largest)} images.")
+
+
+def _shares(counts: dict[str, int]) -> str:
+    if len(counts) <= 8:
+        return ", ".join(f"{value} {number:,}" for value, number in counts.items())
+    return f"{_span(min(counts.values()), max(counts.values()))} each"
+
+
+def _span(smallest: int, largest: int) -> str:
+    return f"{smallest:,}" if smallest == largest else f"{smallest:,} to {largest:,}"

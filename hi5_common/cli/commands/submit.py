@@ -1,0 +1,33 @@
+"""`hi5 submit`: send a spec to the service."""
+
+from typing import Annotated
+
+import typer
+
+from hi5_common.cli import console, following
+from hi5_common.cli.options import DataDirOption, JsonOption, SpecArgument, UrlOption, read_spec
+from hi5_common.cli.target import open_service
+
+
+def submit(
+    spec_path: SpecArgument,
+    wait: Annotated[bool, typer.Option("--wait", help="Follow it until it is settled.")] = False,
+    idempotency_key: Annotated[
+        str | None,
+        typer.Option(help="Submitting again with the same key returns the same dataset."),
+    ] = None,
+    as_json: JsonOption = False,
+    url: UrlOption = None,
+    data_dir: DataDirOption = None,
+) -> None:
+    """Submit a dataset and print its id."""
+    spec = read_spec(spec_path)
+    with open_service(url, data_dir) as service:
+        dataset_id = service.submit(spec, idempotency_key)
+        if not as_json:
+            console.out.print(str(dataset_id))
+        manifest = following.follow(service, dataset_id) if wait else service.manifest(dataset_id)
+        if as_json:
+            console.write_json(following.progress_json(manifest))
+        if wait:
+            following.require_complete(service, manifest)

@@ -1,0 +1,59 @@
+"""A dataset read from its rows and its store, with no service running."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from uuid import UUID
+
+from hi5_common.cli.fetch.source import ObjectGone
+from hi5_common.db import datasets, shards
+from hi5_common.db.engine import Database
+from hi5_common.domain.balance import Balance, balance_of
+from hi5_common.domain.manifest import ManifestObject, ManifestShard, manifest_shard
+from hi5_common.domain.plan import Plan
+from hi5_common.domain.records import Dataset, DatasetStatus
+from hi5_common.domain.spec import DatasetSpec
+from hi5_common.storage.errors import ObjectMissing
+from hi5_common.storage.port import ObjectStore
+
+PAGE = 500
+
+
+@dataclass(frozen=True)
+class DirectSource:
+    """Reads one dataset of the database and store that the settings name."""
+
+    database: Database
+    store: ObjectStore
+    dataset_id: UUID
+
+    def spec(self) -> DatasetSpec:
+        return self._row().spec
+
+    def status(self) -> DatasetStatus:
+        return self._row().status
+
+    def shards(self) -> Iterator[ManifestShard]:
+        after: int | None = None
+        while True:
+            with self.database.snapshot() as session:
+                page = shards.of_dataset(session, self.dataset_id, PAGE, after)
+            if not page:
+                return
+            yield from map(manifest_shard, page)
+            after = page[-1].number
+
+    def stream(self, shard: ManifestShard, item: ManifestObject) -> Iterator[bytes]:  # noqa: ARG002
+        try:
+            yield from self.store.stream(item.key)
+        except ObjectMissing:
+            raise ObjectGone(f"{item.key}: {ObjectGone.__doc__}") from None
+
+    def balance(self) -> Balance:
+        row = self._row()
+        with self.database.snapshot() as session:
+            delivered = datasets.tallies(session, self.dataset_id)
+        return balance_of(Plan.of(row.spec), delivered, row.images_done)
+
+    def _row(self) -> Dataset:
+        with self.database.snapshot() as session:
+            return datasets.get(session, self.dataset_id)

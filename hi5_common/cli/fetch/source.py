@@ -1,0 +1,37 @@
+"""Where a dataset is read from: the service, or its rows and its store directly."""
+
+from collections.abc import Iterator
+from typing import Protocol
+from uuid import UUID
+
+from hi5_common.domain.balance import Balance
+from hi5_common.domain.errors import PermanentError
+from hi5_common.domain.manifest import ManifestObject, ManifestShard
+from hi5_common.domain.records import DatasetStatus
+from hi5_common.domain.spec import DatasetSpec
+
+
+class ObjectGone(PermanentError):
+    """A row names an object that the store does not have."""
+
+
+class DatasetSource(Protocol):
+    """One dataset, to be read."""
+
+    @property
+    def dataset_id(self) -> UUID: ...
+
+    def spec(self) -> DatasetSpec:
+        """Return what was asked for."""
+
+    def status(self) -> DatasetStatus:
+        """Return how far it is."""
+
+    def shards(self) -> Iterator[ManifestShard]:
+        """Yield every shard in order."""
+
+    def stream(self, shard: ManifestShard, item: ManifestObject) -> Iterator[bytes]:
+        """Yield a published object's bytes. Raises ObjectGone."""
+
+    def balance(self) -> Balance:
+        """Return requested, planned and delivered counts."""

@@ -1,0 +1,43 @@
+"""Arguments and options that several commands share, and how they are read."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+from uuid import UUID
+
+import typer
+
+from hi5_common.domain.errors import InvalidInput, Problem
+from hi5_common.domain.spec import DatasetSpec, load_spec, parse_spec_text
+
+SpecArgument = Annotated[
+    Path, typer.Argument(metavar="SPEC", help="YAML or JSON file; - is standard input.")
+]
+DatasetArgument = Annotated[str, typer.Argument(metavar="ID", help="The dataset's id.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for scripts.")]
+UrlOption = Annotated[
+    str | None,
+    typer.Option("--url", envvar="HI5_URL", help="The service; else the local `hi5 up`."),
+]
+DataDirOption = Annotated[
+    Path | None,
+    typer.Option("--data-dir", help="Data folder of `hi5 up` (HI5_DATA_DIR, else per user)."),
+]
+DirectOption = Annotated[
+    bool,
+    typer.Option("--direct", help="Read database and store themselves; no service needs to run."),
+]
+
+
+def read_spec(path: Path) -> DatasetSpec:
+    """Load a spec file, or standard input for `-`. Raises InvalidInput with every problem."""
+    return parse_spec_text(sys.stdin.read()) if str(path) == "-" else load_spec(path)
+
+
+def dataset_id(text: str) -> UUID:
+    """Parse a dataset's id."""
+    try:
+        return UUID(text)
+    except ValueError:
+        remedy = "Give an id as `hi5 list` prints it."
+        raise InvalidInput([Problem("ID", text, remedy)]) from None

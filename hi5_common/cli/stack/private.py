@@ -1,0 +1,55 @@
+"""A `hi5 up` of our own for the length of a block, as a process of its own."""
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from hi5_common.cli.stack import connection
+from hi5_common.cli.stack.child import Child, ChildCommand, log_tail, python_module
+from hi5_common.cli.stack.supervisor import POLL_S
+from hi5_common.domain.errors import PermanentError
+from hi5_common.settings import RendererName
+
+
+class StackDidNotStart(PermanentError):
+    """`hi5 up` ended before it was ready."""
+
+    def __init__(self, log: Path) -> None:
+        super().__init__(f"`hi5 up` ended before it was ready. Its log {log} says:\n{_end(log)}")
+
+
+@contextmanager
+def running_stack(data_dir: Path, *, workers: int, renderer: RendererName) -> Iterator[str]:
+    """Start `hi5 up` in a folder, yield its URL, and drain and end it after the block."""
+    logs = data_dir / "logs"
+    logs.mkdir(parents=True, exist_ok=True)
+    log = logs / "up.log"
+    log.unlink(missing_ok=True)
+    arguments = python_module(
+        "hi5_common.cli",
+        "up",
+        f"--data-dir={data_dir}",
+        f"--workers={workers}",
+        "--port=0",
+        f"--renderer={renderer.value}",
+    )
+    child = Child.start(ChildCommand("up", arguments, 0), log, os.environ)
+    try:
+        yield _url(child, data_dir)
+    finally:
+        child.ask_to_end()
+        child.process.wait()
+
+
+def _url(child: Child, data_dir: Path) -> str:
+    while child.exit_code() is None:
+        if found := connection.find(data_dir):
+            return found.url
+        time.sleep(POLL_S)
+    raise StackDidNotStart(child.log)
+
+
+def _end(log: Path) -> str:
+    return log_tail(log, 20)
