@@ -23,6 +23,6 @@ USER 10001
 EXPOSE 8000
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=10s --timeout=5s --retries=6 --start-period=20s \
-    CMD ["python", "-c", "import os, urllib.request as r; r.urlopen('http://127.0.0.1:' + os.environ['UVICORN_PORT'] + '/healthz', timeout=4)"]
+    CMD ["python", "-m", "services.api.healthcheck"]
 ENV UVICORN_HOST=0.0.0.0 UVICORN_PORT=8000
 CMD ["uvicorn", "services.api.main:create_app", "--factory", "--no-server-header", "--timeout-graceful-shutdown", "30"]

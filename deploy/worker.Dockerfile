@@ -28,5 +28,5 @@ WORKDIR /var/lib/hi5
 USER 10001
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=15s --timeout=5s --retries=4 --start-period=60s \
-    CMD ["python", "-m", "services.worker.health"]
+    CMD ["python", "-m", "services.worker.healthcheck", "worker"]
 CMD ["celery", "-A", "services.worker.celery_app", "worker", "--without-gossip", "--without-mingle", "--loglevel", "INFO"]
