@@ -9,6 +9,8 @@ from hypothesis import settings
 settings.register_profile("hi5", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("hi5")
 
+pytest_plugins = ["tests.support.servers", "tests.support.databases"]
+
 # CI and scripts/test run on a machine that has everything, so a skip there hides a broken setup.
 NO_SKIP = os.environ.get("HI5_NO_SKIP") == "1" or os.environ.get("CI") == "true"
 

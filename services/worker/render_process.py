@@ -39,7 +39,7 @@ class RenderJob:
     fault: str | None = None
 
 
-class ChildGone(Exception):  # noqa: N818
+class ChildGone(Exception):
     """The child has ended; there are no more events."""
 
 

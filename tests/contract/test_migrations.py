@@ -1,0 +1,58 @@
+"""Migrations lead forward and back, and to the very tables the code believes in."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.runtime.migration import MigrationContext
+from sqlalchemy import inspect
+
+from hi5_common.db import datasets, errors, migrate
+from hi5_common.db.engine import open_database
+from hi5_common.db.tables import Base
+
+
+def test_tables_are_what_the_models_say(database_url: str) -> None:
+    migrate.upgrade(database_url)
+    database = open_database(database_url)
+    with database.engine.connect() as connection:
+        context = MigrationContext.configure(connection, opts={"compare_type": True})
+        assert compare_metadata(context, Base.metadata) == []
+        checks = {
+            (table, str(check["name"]))
+            for table in Base.metadata.tables
+            for check in inspect(connection).get_check_constraints(table)
+        }
+    database.dispose()
+    assert checks >= {
+        (table.name, str(constraint.name))
+        for table in Base.metadata.tables.values()
+        for constraint in table.constraints
+        if str(constraint.name).startswith("ck_")
+    }
+
+
+def test_forward_back_and_forward_again(database_url: str) -> None:
+    assert migrate.current(database_url) is None
+    migrate.upgrade(database_url)
+    assert migrate.current(database_url) == migrate.head()
+    migrate.downgrade(database_url, "base")
+    database = open_database(database_url)
+    with database.engine.connect() as connection:
+        assert inspect(connection).get_table_names() == ["alembic_version"]
+    database.dispose()
+    migrate.upgrade(database_url)
+    assert migrate.current(database_url) == migrate.head()
+
+
+def test_several_processes_may_upgrade_at_once(database_url: str) -> None:
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(migrate.upgrade, [database_url] * 4))
+    assert migrate.current(database_url) == migrate.head()
+
+
+def test_a_database_without_tables_says_what_to_do(database_url: str) -> None:
+    database = open_database(database_url)
+    with pytest.raises(errors.DatabaseOutdated, match="migrate"), database.snapshot() as session:
+        datasets.page(session, 1)
+    database.dispose()

