@@ -118,6 +118,14 @@ def test_pronation_turns_the_palm_down(hand: HandModel, pronation_deg: float, pa
     np.testing.assert_allclose(forearm, posed_bones(hand, STRAIGHT)[0], atol=1e-12)
 
 
+def test_forearm_skin_twists_step_by_step_with_the_hand(hand: HandModel) -> None:
+    straight = posed_bones(hand, STRAIGHT)
+    turned = posed_bones(hand, replace(STRAIGHT, forearm_pronation=60.0))
+    turns = np.einsum("bij,bkj->bik", turned[:5, :3, :3], straight[:5, :3, :3])
+    degrees = np.degrees(np.arctan2(-turns[:, 0, 2], turns[:, 0, 0]))
+    np.testing.assert_allclose(degrees, [0.0, 20.0, 40.0, 60.0, 60.0], atol=1e-9)
+
+
 def test_wrist_signs(hand: HandModel) -> None:
     flexed = hand_rotation(hand, replace(STRAIGHT, wrist_flex=30.0)) @ Y
     ulnar = hand_rotation(hand, replace(STRAIGHT, wrist_ulnar_dev=20.0)) @ Y
