@@ -4,6 +4,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.plan import Plan
@@ -34,7 +35,7 @@ class Sample:
     label: ImageLabel
     phases_s: dict[str, float]
 
-    @property
+    @cached_property
     def label_json(self) -> bytes:
         """Return the label as it is stored."""
         return self.label.model_dump_json().encode()

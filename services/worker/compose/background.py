@@ -27,7 +27,8 @@ def render_background(
     total = np.zeros((len(rows), 3), dtype=np.float32)
     for dy in range(side):
         for dx in range(side):
-            x, y = columns + (dx + 0.5) / side, rows + (dy + 0.5) / side
+            x = columns.astype(np.float64) + (dx + 0.5) / side
+            y = rows.astype(np.float64) + (dy + 0.5) / side
             total += _read(panorama, *_texels(camera, x, y, rotation_z_deg, panorama.shape))
     picture = np.zeros((*wanted.shape, 3), dtype=np.float32)
     picture[rows, columns] = total / np.float32(side * side)

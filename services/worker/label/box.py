@@ -29,7 +29,8 @@ def tight_box(mesh: ProjectedMesh, of_vertex: npt.NDArray[np.bool_]) -> Box | No
 
 def _sides(corners: F8) -> F8:
     """Return the (3 T, 2, 2) edges of triangles (T, 3, 2)."""
-    return np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 2)
+    sides: F8 = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 2)
+    return sides
 
 
 def _clipped(segments: F8, size: F8) -> F8:
@@ -39,8 +40,12 @@ def _clipped(segments: F8, size: F8) -> F8:
         towards_low, towards_high = -start / way, (size - start) / way
     still = way == 0
     inside = (start >= 0) & (start <= size)
-    enter = np.where(still, np.where(inside, -np.inf, np.inf), np.minimum(towards_low, towards_high))
-    leave = np.where(still, np.where(inside, np.inf, -np.inf), np.maximum(towards_low, towards_high))
+    enter = np.where(
+        still, np.where(inside, -np.inf, np.inf), np.minimum(towards_low, towards_high)
+    )
+    leave = np.where(
+        still, np.where(inside, np.inf, -np.inf), np.maximum(towards_low, towards_high)
+    )
     first = np.maximum(enter.max(axis=1), 0.0)
     last = np.minimum(leave.min(axis=1), 1.0)
     cut = first <= last

@@ -21,7 +21,7 @@ def encode_mask(mask: npt.NDArray[np.bool_]) -> Mask:
 
 
 def run_lengths(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
-    """Return the lengths of runs in column-major order, starting with a (maybe empty) run of zeros."""
+    """Return the lengths of runs in column-major order; the first, maybe empty, is of zeros."""
     flat = np.concatenate([[False], mask.ravel(order="F")])
     changes = np.flatnonzero(flat[1:] != flat[:-1])
     return np.diff(np.concatenate([[0], changes, [mask.size]])).astype(np.int64)
@@ -42,4 +42,5 @@ def _characters(numbers: npt.NDArray[np.int64]) -> str:
     last = complete.argmax(axis=1)
     position = np.arange(GROUPS)
     letters = groups + np.where(position < last[:, None], 0x20, 0) + 48
-    return letters[position <= last[:, None]].astype(np.uint8).tobytes().decode("ascii")
+    written = letters[position <= last[:, None]].astype(np.uint8)
+    return bytes(written).decode("ascii")

@@ -40,9 +40,9 @@ class Surface:
     def nearest_vertex(self, mesh: ProjectedMesh) -> I8:
         """Return (H, W) the vertex nearest to what is seen; meaningless where nothing is."""
         corner = self.weights.argmax(axis=-1)
-        nearest: I8 = np.take_along_axis(
-            mesh.triangles[self.triangle], corner[..., None], axis=-1
-        )[..., 0]
+        nearest: I8 = np.take_along_axis(mesh.triangles[self.triangle], corner[..., None], axis=-1)[
+            ..., 0
+        ]
         return nearest
 
 

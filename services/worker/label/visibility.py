@@ -9,6 +9,7 @@ other part, or own skin further in front (a finger seen end-on, a palm seen edge
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from hi5_common.domain.vocabulary import KEYPOINTS, KeypointVisibility
 from services.worker.hand.parts import KEYPOINT_PARTS, PARTS, HandPart
@@ -33,7 +34,7 @@ class Sight:
 
 
 def sight_keypoints(
-    mesh: ProjectedMesh, part: np.ndarray, camera_m: F8, pixels: F8
+    mesh: ProjectedMesh, part: npt.NDArray[np.int32], camera_m: F8, pixels: F8
 ) -> tuple[Sight, ...]:
     """Return how each keypoint is seen. part (W,) by vertex; camera_m (21, 3); pixels (21, 2)."""
     inside = in_frame(mesh.intrinsics, pixels)
@@ -76,7 +77,7 @@ def first_hit(mesh: ProjectedMesh, rows: I8, pixel: F8) -> Hit | None:
     return Hit(1.0 / float(near[first].sum()), vertex)
 
 
-def _judged(number: int, hit: Hit | None, part: np.ndarray, point_m: F8) -> Sight:
+def _judged(number: int, hit: Hit | None, part: npt.NDArray[np.int32], point_m: F8) -> Sight:
     depth_m = float(point_m[2])
     if hit is None or hit.depth_m >= depth_m:
         return Sight(KeypointVisibility.VISIBLE, None, None)

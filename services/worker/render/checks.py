@@ -10,7 +10,7 @@ DARKEST_LEVEL = 0.5 / 255.0 / 12.92
 
 
 def check_frame(frame: Frame, exposure_ev: float) -> None:
-    """Raise RenderFailed's kinds if a frame is broken: not finite, without a hand, without light."""
+    """Raise a kind of RenderFailed if a frame is not finite, has no hand, or no light."""
     finite = np.isfinite(frame.rgba).all(axis=-1)
     if not finite.all():
         raise NonFiniteFrame(f"{int((~finite).sum())} pixels of the frame are NaN or infinite.")

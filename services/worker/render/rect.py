@@ -32,7 +32,10 @@ class PixelRect:
     def grown(self, margin_px: int) -> "PixelRect":
         """Return the rectangle with `margin_px` more pixels on each side."""
         return PixelRect(
-            self.left - margin_px, self.top - margin_px, self.right + margin_px, self.bottom + margin_px
+            self.left - margin_px,
+            self.top - margin_px,
+            self.right + margin_px,
+            self.bottom + margin_px,
         )
 
     def clipped(self, width_px: int, height_px: int) -> "PixelRect":

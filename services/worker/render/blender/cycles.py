@@ -1,7 +1,6 @@
 """Cycles on the CPU: the renderer that makes hi5's pictures."""
 
 import time
-from pathlib import Path
 
 import bpy
 import numpy as np
@@ -27,7 +26,7 @@ class CyclesRenderer:
         self._skin = new_skin_material()
         self._world = new_world(self._scene)
         camera.new_camera(self._scene)
-        self._folder = film.frame_folder()
+        self._film = film.MemoryFile()
         self._hand: bpy.types.Object | None = None
         self._topology: npt.NDArray[np.int32] | None = None
 
@@ -51,17 +50,9 @@ class CyclesRenderer:
         camera.aim(self._scene, scene.camera, region)
         session.apply_settings(self._scene, settings, scene.render_seed)
         placed = time.perf_counter()
-        path = Path(self._folder.name) / "frame.exr"
-        film.shoot(self._scene, path)
-        shot = time.perf_counter()
-        rgba = film.read_rgba(path)
-        read = time.perf_counter()
-        phases_s = {"place": placed - started, "trace": shot - placed, "read": read - shot}
-        return Frame(rgba, region, phases_s)
-
-    def close(self) -> None:
-        """Delete the folder of frames."""
-        self._folder.cleanup()
+        rgba = film.shoot(self._scene, self._film)
+        traced = time.perf_counter()
+        return Frame(rgba, region, {"place": placed - started, "trace": traced - placed})
 
     def _place(self, geometry: SceneGeometry) -> None:
         same = self._topology is not None and np.array_equal(self._topology, geometry.quads)

@@ -1,7 +1,6 @@
 """From Blender's render buffer to an array, by way of an uncompressed file in memory."""
 
 import os
-import tempfile
 from pathlib import Path
 
 import bpy
@@ -11,26 +10,31 @@ import OpenEXR
 
 from services.worker.render.errors import RenderFailed
 
-SHARED_MEMORY = Path("/dev/shm")  # noqa: S108  a folder in memory, only its speed is wanted
+
+class MemoryFile:
+    """A file that Blender can open by its path, that is nowhere on a disk, and that cannot be
+    left behind: it ends with the process, however that ends.
+    """
+
+    def __init__(self) -> None:
+        self._descriptor = os.memfd_create("hi5-frame")
+        self.path = Path(f"/proc/self/fd/{self._descriptor}")
+
+    def clear(self) -> None:
+        """Make the file empty."""
+        os.ftruncate(self._descriptor, 0)
+
+    def size_bytes(self) -> int:
+        """Return how much has been written."""
+        return os.fstat(self._descriptor).st_size
 
 
-def frame_folder() -> tempfile.TemporaryDirectory[str]:
-    """Return a private folder for one process's frames, in memory where the system has that."""
-    usable = SHARED_MEMORY.is_dir() and os.access(SHARED_MEMORY, os.W_OK)
-    return tempfile.TemporaryDirectory(prefix="hi5-", dir=SHARED_MEMORY if usable else None)
-
-
-def shoot(scene: bpy.types.Scene, path: Path) -> None:
-    """Render the scene's frame into an EXR file at `path`."""
-    scene.render.filepath = str(path)
-    path.unlink(missing_ok=True)
+def shoot(scene: bpy.types.Scene, film: MemoryFile) -> npt.NDArray[np.float32]:
+    """Render the scene; return its (H, W, 4) f4 linear, premultiplied pixels."""
+    film.clear()
+    scene.render.filepath = str(film.path)
     answer = bpy.ops.render.render(write_still=True)
-    if answer != {"FINISHED"} or not path.is_file():
+    if answer != {"FINISHED"} or not film.size_bytes():
         raise RenderFailed(f"Blender answered {sorted(answer)} and wrote no frame.")
-
-
-def read_rgba(path: Path) -> npt.NDArray[np.float32]:
-    """Return the file's (H, W, 4) f4 linear, premultiplied pixels."""
-    with OpenEXR.File(str(path)) as file:
-        channels = file.channels()
-        return np.array(channels["RGBA"].pixels, dtype=np.float32)
+    with OpenEXR.File(str(film.path)) as file:
+        return np.array(file.channels()["RGBA"].pixels, dtype=np.float32)

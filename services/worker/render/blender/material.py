@@ -34,9 +34,7 @@ class SkinMaterial:
         self.colours["palm"].default_value = (*skin.palm_rgb, 1.0)
         self.colours["nail"].default_value = (*skin.nail_rgb, 1.0)
         self.skin_roughness.default_value = skin.roughness
-        self.principled.inputs["Subsurface Radius"].default_value = _radius(
-            skin.mean_free_path_mm
-        )
+        self.principled.inputs["Subsurface Radius"].default_value = _radius(skin.mean_free_path_mm)
 
 
 def new_skin_material() -> SkinMaterial:
@@ -101,12 +99,9 @@ def _attribute(tree: bpy.types.NodeTree, name: str) -> bpy.types.NodeSocket:
     return node.outputs["Fac"]
 
 
-def _mix(
-    tree: bpy.types.NodeTree, data_type: str, factor: bpy.types.NodeSocket
-) -> bpy.types.Node:
+def _mix(tree: bpy.types.NodeTree, data_type: str, factor: bpy.types.NodeSocket) -> bpy.types.Node:
     node = tree.nodes.new("ShaderNodeMix")
     node.data_type = data_type
     node.blend_type = "MIX"
     tree.links.new(factor, node.inputs["Factor"])
     return node
-

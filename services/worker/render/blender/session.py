@@ -21,7 +21,7 @@ class BlenderSession:
 
 
 def open_session(threads: int, *, persistent_data: bool) -> BlenderSession:
-    """Empty this process's Blender file and prepare its scene for Cycles on `threads` CPU threads."""
+    """Empty this process's Blender file; prepare its scene for Cycles on `threads` CPU threads."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     _set_process(scene, threads, persistent_data)

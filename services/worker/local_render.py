@@ -1,0 +1,146 @@
+"""Render a spec here, without any service: images/, labels.parquet, coco.json.
+
+    python -m services.worker.local_render spec.yaml --out DIR [--index N] [--json]
+
+The same studio as the fleet's, so image N here is image N there, byte for byte.
+"""
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TextIO
+
+from hi5_common.domain.errors import Hi5Error, InvalidInput, Problem
+from hi5_common.domain.labels import ImageLabel
+from hi5_common.domain.plan import Plan
+from hi5_common.domain.spec import DatasetSpec, load_spec, parse_spec_text
+from hi5_common.export.coco import write_coco
+from hi5_common.export.label_table import write_label_table
+from hi5_common.settings import RendererName, Settings
+from services.worker.outcome import failure_reason, write_atomically
+from services.worker.sample import Studio
+from services.worker.studio import open_studio
+
+FAILED, WRONG_INPUT = 1, 2
+
+
+@dataclass
+class Tally:
+    """What was made, where the time went, and what could not be made."""
+
+    labels: list[ImageLabel] = field(default_factory=list)
+    seconds: float = 0.0
+    phases_s: Counter[str] = field(default_factory=Counter)
+    failures: dict[int, str] = field(default_factory=dict)
+
+    def summary(self, out: Path) -> dict[str, object]:
+        """Return the run as JSON values; seconds are means per image."""
+        made = max(len(self.labels), 1)
+        return {
+            "out": str(out),
+            "images": len(self.labels),
+            "failed": {str(index): reason for index, reason in self.failures.items()},
+            "seconds_per_image": round(self.seconds / made, 4),
+            "phases_s": {name: round(s / made, 4) for name, s in self.phases_s.items()},
+        }
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code."""
+    asked = _parser().parse_args(arguments)
+    say = _keep_stdout_for_the_answer()
+    try:
+        spec = _read_spec(asked.spec)
+        indices = _indices(spec, asked.index)
+        settings = Settings()
+        renderer = RendererName(asked.renderer or settings.renderer)
+        studio = open_studio(renderer, settings.render_threads, settings.cache_dir)
+        tally = render_all(studio, spec, indices, asked.out)
+    except Hi5Error as error:
+        print(f"error: {error}", file=sys.stderr)  # noqa: T201  a command's own voice
+        return WRONG_INPUT if isinstance(error, InvalidInput) else FAILED
+    summary = tally.summary(asked.out)
+    say.write(json.dumps(summary) + "\n" if asked.json else _in_words(summary))
+    say.flush()
+    return FAILED if tally.failures else 0
+
+
+def render_all(studio: Studio, spec: DatasetSpec, indices: Iterable[int], out: Path) -> Tally:
+    """Render images into `out`/images and write their labels as Parquet and COCO files."""
+    plan = Plan.of(spec)
+    images = out / "images"
+    images.mkdir(parents=True, exist_ok=True)
+    tally = Tally()
+    for index in indices:
+        _render_one(studio, spec, plan, index, images, tally)
+    write_label_table(out / "labels.parquet", tally.labels)
+    write_coco(out / "coco.json", tally.labels, spec, image_dir_name="images")
+    return tally
+
+
+def _render_one(
+    studio: Studio, spec: DatasetSpec, plan: Plan, index: int, images: Path, tally: Tally
+) -> None:
+    started = time.perf_counter()
+    try:
+        sample = studio.make_sample(spec, plan, index)
+    except Hi5Error as error:
+        tally.failures[index] = f"{failure_reason(error)}: {error}"
+        print(f"image {index}: {error}", file=sys.stderr)  # noqa: T201
+        return
+    write_atomically(images / sample.label.file_name, sample.image)
+    tally.labels.append(sample.label)
+    tally.seconds += time.perf_counter() - started
+    tally.phases_s.update(sample.phases_s)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="local_render", description=(__doc__ or "").split("\n")[0]
+    )
+    parser.add_argument("spec", help="YAML or JSON file; - is standard input")
+    parser.add_argument("--out", type=Path, required=True, help="folder for images and labels")
+    parser.add_argument("--index", type=int, help="only this image of the dataset")
+    parser.add_argument("--json", action="store_true", help="print JSON for scripts")
+    choices = [name.value for name in RendererName]
+    parser.add_argument("--renderer", choices=choices, help="default: the HI5_RENDERER setting")
+    return parser
+
+
+def _read_spec(path: str) -> DatasetSpec:
+    return parse_spec_text(sys.stdin.read()) if path == "-" else load_spec(Path(path))
+
+
+def _indices(spec: DatasetSpec, only: int | None) -> range:
+    if only is None:
+        return range(spec.count)
+    if not 0 <= only < spec.count:
+        remedy = f"Name an image from 0 to {spec.count - 1}: the spec asks for {spec.count}."
+        raise InvalidInput([Problem("index", only, remedy)])
+    return range(only, only + 1)
+
+
+def _keep_stdout_for_the_answer() -> TextIO:
+    """Send everything Blender prints to standard error; return the real standard output."""
+    answer = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    sys.stdout.flush()
+    os.dup2(2, 1)
+    return answer
+
+
+def _in_words(summary: dict[str, object]) -> str:
+    return (
+        f"{summary['images']} images in {summary['out']}, {summary['seconds_per_image']} s each\n"
+    )
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stderr.flush()
+    os._exit(code)  # past Blender's own exit, which may crash after the work is done

@@ -1,0 +1,26 @@
+"""How a process that renders gets its studio."""
+
+from pathlib import Path
+
+from hi5_common.settings import RendererName
+from services.worker.render.port import Renderer
+from services.worker.sample import Studio
+from services.worker.scene.library import HandLibrary
+
+
+def open_studio(renderer: RendererName, threads: int, cache_dir: Path) -> Studio:
+    """Return a studio; with Cycles this takes over the process's Blender, so open only one."""
+    return Studio(_open_renderer(renderer, threads), HandLibrary(cache_dir))
+
+
+def _open_renderer(name: RendererName, threads: int) -> Renderer:
+    match name:
+        case RendererName.CYCLES:
+            # Here and not above: the fake must not need Blender, which takes seconds to load.
+            from services.worker.render.blender.cycles import CyclesRenderer
+
+            return CyclesRenderer(threads)
+        case RendererName.FAKE:
+            from services.worker.render.fake import FakeRenderer
+
+            return FakeRenderer()
