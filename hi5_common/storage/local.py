@@ -4,6 +4,7 @@ import hashlib
 import os
 import uuid
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -38,7 +39,8 @@ class LocalFolder:
         except OSError as error:
             raise errors.StoreUnavailable(f"{key}: {error}") from error
         finally:
-            temporary.unlink(missing_ok=True)
+            with suppress(OSError):  # mostly gone already, renamed
+                temporary.unlink()
 
     def get(self, key: str) -> bytes:
         """Return the whole object."""

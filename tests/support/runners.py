@@ -1,0 +1,43 @@
+"""A worker's slot with everything around it in one process: for tests of single attempts."""
+
+import sys
+from pathlib import Path
+
+from hi5_common.db.engine import Database
+from hi5_common.settings import Settings
+from hi5_common.storage.port import ObjectStore
+from services.worker.shard_runner import ShardRunner
+
+STAND_IN = (sys.executable, "-m", "tests.support.stand_in_child")
+
+
+def settings(folder: Path, **changes: object) -> Settings:
+    """Return settings with short times, so that tests need not wait."""
+    quick = {
+        "data_dir": folder,
+        "cache_dir": folder / "cache",
+        "scratch_dir": folder / "scratch",
+        "lease_s": 4,
+        "renew_s": 1,
+        "reconcile_s": 1,
+        "dispatch_s": 0.2,
+        "ring_s": 2,
+        "sweep_s": 1,
+        "orphan_grace_s": 0,
+        "render_threads": 1,
+    }
+    return Settings.model_validate(quick | changes)
+
+
+def runner(
+    database: Database, store: ObjectStore, folder: Path, *fault: str, owner: str = "w"
+) -> ShardRunner:
+    """Return a slot that renders with the stand-in child."""
+    return ShardRunner(
+        database=database,
+        store=store,
+        settings=settings(folder),
+        owner=owner,
+        draining=lambda: False,
+        command=(*STAND_IN, *fault),
+    )

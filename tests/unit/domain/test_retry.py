@@ -1,0 +1,32 @@
+import pytest
+
+from hi5_common.domain.retry import (
+    LONGEST_DELAY_S,
+    MAX_FAILURES,
+    FailureKind,
+    GiveUp,
+    RetryLater,
+    decide,
+)
+
+
+def test_delays_double_up_to_a_bound() -> None:
+    delays = [decide(FailureKind.STORE, failures) for failures in range(1, MAX_FAILURES)]
+    assert delays == [RetryLater(5), RetryLater(10), RetryLater(20), RetryLater(40)]
+    assert all(
+        delay.delay_s <= LONGEST_DELAY_S for delay in delays if isinstance(delay, RetryLater)
+    )
+
+
+@pytest.mark.parametrize("kind", list(FailureKind))
+def test_every_kind_of_failure_ends(kind: FailureKind) -> None:
+    assert decide(kind, MAX_FAILURES) == GiveUp()
+
+
+def test_a_lost_machine_costs_no_time_the_first_time() -> None:
+    assert decide(FailureKind.LEASE_EXPIRED, 1) == RetryLater(0)
+    assert decide(FailureKind.LEASE_EXPIRED, 2) == RetryLater(10)
+
+
+def test_an_image_that_cannot_be_made_is_not_tried_again() -> None:
+    assert decide(FailureKind.IMAGE, 1) == GiveUp()
