@@ -80,6 +80,7 @@ def render_all(studio: Studio, spec: DatasetSpec, indices: Iterable[int], out: P
     for index in indices:
         _render_one(studio, spec, plan, index, images, tally)
     write_label_table(out / "labels.parquet", tally.labels)
+    (out / "spec.json").write_text(spec.canonical_json() + "\n", "utf-8")
     write_coco(out / "coco.json", tally.labels, spec, image_dir_name="images")
     return tally
 

@@ -1,5 +1,7 @@
 """`hi5 balance`: requested, planned and delivered."""
 
+from collections.abc import Sequence
+
 from rich.table import Table
 
 from hi5_common.cli import console
@@ -11,7 +13,7 @@ from hi5_common.cli.options import (
     dataset_id,
 )
 from hi5_common.cli.target import open_service
-from hi5_common.domain.balance import Balance
+from hi5_common.domain.balance import Balance, CellBalance
 
 
 def balance(
@@ -29,19 +31,36 @@ def balance(
         print_balance(found)
 
 
-def print_balance(found: Balance) -> None:
-    """Print a line for each attribute value."""
+def print_balance(found: Balance, most_values: int | None = None) -> None:
+    """Print a line a value; an attribute of more than `most_values` values gets one line."""
     table = Table("attribute", "value", box=None)
     for name in ("requested", "planned", "delivered"):
         table.add_column(name, justify="right")
     for single in found.attributes:
-        for number, cell in enumerate(single.cells):
-            attribute = single.attributes[0].value if number == 0 else ""
-            counts = (f"{cell.requested:,.2f}", f"{cell.planned:,}", f"{cell.delivered:,}")
-            table.add_row(attribute, cell.values[0], *counts)
+        short = most_values is not None and len(single.cells) > most_values
+        lines = [_span_line(single.cells)] if short else [_line(cell) for cell in single.cells]
+        for number, line in enumerate(lines):
+            table.add_row(single.attributes[0].value if number == 0 else "", *line)
     console.out.print(table)
     console.out.print(
         f"{found.delivered:,} of {found.count:,} images delivered. Furthest from an exact share, "
         f"over every value and pair: planned {found.worst_planned_deviation:.2f} images, "
         f"delivered {found.worst_delivered_deviation:.2f}."
     )
+
+
+def _line(cell: CellBalance) -> tuple[str, str, str, str]:
+    return cell.values[0], f"{cell.requested:,.2f}", f"{cell.planned:,}", f"{cell.delivered:,}"
+
+
+def _span_line(cells: Sequence[CellBalance]) -> tuple[str, str, str, str]:
+    """Say from where to where the counts of all values go."""
+    requested = _span([cell.requested for cell in cells], ".2f")
+    planned = _span([cell.planned for cell in cells], "d")
+    delivered = _span([cell.delivered for cell in cells], "d")
+    return f"{len(cells)} values, each", requested, planned, delivered
+
+
+def _span(numbers: Sequence[float], style: str) -> str:
+    low, high = format(min(numbers), style), format(max(numbers), style)
+    return low if low == high else f"{low} to {high}"

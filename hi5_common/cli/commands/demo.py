@@ -1,5 +1,8 @@
 """`hi5 demo`: a small dataset through the whole service, on this machine."""
 
+import itertools
+from collections import Counter
+from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
@@ -14,13 +17,16 @@ from hi5_common.cli.fetch.api_source import ApiSource
 from hi5_common.cli.stack.private import running_stack
 from hi5_common.cli.stopwatch import Stopwatch
 from hi5_common.domain.errors import InvalidInput, Problem
+from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.spec import DatasetSpec, load_spec
+from hi5_common.domain.vocabulary import VALUES, Attribute
 from hi5_common.export.contact_sheet import write_contact_sheet
 from hi5_common.export.label_table import read_label_table
 from hi5_common.settings import RendererName
 
 SHEET = "contact_sheet.png"
 SHEET_IMAGES = 48
+MOST_VALUES = 12
 EXAMPLE = Path(__file__).parents[3] / "examples" / "demo.yaml"
 
 
@@ -61,20 +67,31 @@ def _through_the_service(service: Service, spec: DatasetSpec, out: Path, watch: 
         report = audit.run(source)
     with watch.part("contact sheet"):
         _draw_sheet(out)
-    balance.print_balance(source.balance())
+    balance.print_balance(source.balance(), most_values=MOST_VALUES)
     audit.print_report(report)
     if report.findings or report.unpublished:
         raise audit.AuditFailed(f"{len(report.findings)} findings.")
 
 
 def _draw_sheet(out: Path) -> None:
-    labels = read_label_table(out / downloads.LABELS)
+    """Draw the first images; in the demo's own spec each column is a skin tone, light to dark."""
+    labels = itertools.islice(read_label_table(out / downloads.LABELS), SHEET_IMAGES)
     images = out / downloads.IMAGES
-    chosen = [
-        (images / label.file_name, label)
-        for label, _ in zip(labels, range(SHEET_IMAGES), strict=False)
-    ]
-    write_contact_sheet(out / SHEET, chosen)
+    write_contact_sheet(
+        out / SHEET, [(images / label.file_name, label) for label in by_gender_and_tone(labels)]
+    )
+
+
+def by_gender_and_tone(labels: Iterable[ImageLabel]) -> list[ImageLabel]:
+    """Order labels by gender, then in rounds of one image of each tone from light to dark."""
+    seen: Counter[tuple[str, str]] = Counter()
+    keyed = []
+    for label in labels:
+        gender, tone = (label.attributes[name] for name in (Attribute.GENDER, Attribute.SKIN_TONE))
+        seen[gender, tone] += 1
+        place = VALUES[Attribute.SKIN_TONE].index(tone)
+        keyed.append((gender, seen[gender, tone], place, label.index, label))
+    return [entry[-1] for entry in sorted(keyed, key=lambda entry: entry[:-1])]
 
 
 def _spec(path: Path) -> DatasetSpec:
