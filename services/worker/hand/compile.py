@@ -56,7 +56,9 @@ def compile_hand(folder: Path, gender: Gender) -> HandModel:
     joints_m = {name: (joint - origin) @ frame.T for name, joint in filed_joints_m.items()}
     vertices_m = _closed(cut_mesh, (body_m[cut_mesh.source] - origin) @ frame.T, joints_m)
     filed = asset.read_weights(folder, maps.WEIGHT_GROUPS, len(mesh.vertices))[cut_mesh.source]
-    weights = maps.bone_weights(_cap_weighted(filed, len(vertices_m)), _along(vertices_m, joints_m))
+    along = _along(vertices_m, joints_m)
+    weights = maps.bone_weights(_cap_weighted(filed, len(vertices_m)), along)
+    weights = maps.web_smoothed(weights, cut_mesh.quads)
     nails = rest.nail_quads(cut_mesh.uvs, asset.read_nail_mask(folder))
     return _assembled(gender, vertices_m, cut_mesh, weights, nails, joints_m)
 

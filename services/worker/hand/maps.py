@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from services.worker.hand.asset import F8, I4
 from services.worker.hand.bones import BONE_INDEX, BONES, FOREARM_GROUPS, FOREARM_TWISTS
-from services.worker.hand.parts import PARTS
+from services.worker.hand.parts import PARTS, HandPart
 from services.worker.hand.rest import DIGITS
 from services.worker.hand.rotation import unit
 
@@ -22,6 +22,12 @@ WEIGHT_GROUPS: tuple[str, ...] = (
     *FOREARM_GROUPS,
     *(group for bone in BONES for group in bone.weight_groups),
 )
+
+WEB_PARTS = [
+    PARTS.index(part)
+    for part in (HandPart.PALM, HandPart.THUMB_METACARPAL, HandPart.THUMB_PROXIMAL)
+]
+WEB_SMOOTHINGS = 4
 
 
 def smoothstep(low: float, high: float, value: F8) -> F8:
@@ -48,6 +54,32 @@ def bone_weights(filed: F8, along: F8) -> F8:
         weights[:, owner] += filed[:, column]
     normalised: F8 = weights / weights.sum(axis=1, keepdims=True)
     return normalised
+
+
+def web_smoothed(weights: F8, quads: I4) -> F8:
+    """The weights (V,B) with those about the thumb's web averaged over neighbouring vertices.
+
+    The asset's weights change so fast there that an opposed thumb leaves a pit in the skin.
+    """
+    edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
+    valence = np.bincount(edges[:, 0], minlength=len(weights))[:, None]
+    web = _about_thumb(weights, edges) & np.isin(vertex_parts(weights), WEB_PARTS)
+    smooth = weights.copy()
+    for _ in range(WEB_SMOOTHINGS):
+        neighbours = np.zeros_like(smooth)
+        np.add.at(neighbours, edges[:, 0], smooth[edges[:, 1]])
+        smooth[web] = (smooth[web] + (neighbours / valence)[web]) / 2.0
+    normalised: F8 = smooth / smooth.sum(axis=1, keepdims=True)
+    return normalised
+
+
+def _about_thumb(weights: F8, edges: I4) -> npt.NDArray[np.bool_]:
+    """Vertices that the thumb moves, and two rings of neighbours."""
+    thumb = [BONE_INDEX["thumb_metacarpal"], BONE_INDEX["thumb_proximal"]]
+    near: npt.NDArray[np.bool_] = weights[:, thumb].sum(axis=1) > 0.02
+    for _ in range(2):
+        near[edges[near[edges[:, 0]], 1]] = True
+    return near
 
 
 def vertex_parts(weights: F8) -> I4:

@@ -5,6 +5,7 @@ import pytest
 
 from hi5_common.domain.vocabulary import Gender, Pose
 from services.worker.hand.angles import JointAngles
+from services.worker.hand.maps import WEB_PARTS
 from services.worker.hand.model import F8, HandModel
 from services.worker.hand.pose import posed_bones
 from services.worker.hand.rotation import unit
@@ -60,6 +61,18 @@ def test_a_bent_finger_keeps_its_thickness(hand: HandModel) -> None:
     assert abs(bent_mm[0] - bent_mm[1]) < 1.0  # the keypoint stays in the middle
     linear = blended(hand.vertices_m, hand.weights, posed_bones(hand, bent))
     assert pip_sides_mm(hand, linear, bent).sum() < 0.8 * straight_mm.sum()
+
+
+def test_the_web_of_an_opposed_thumb_has_no_pit(hand: HandModel) -> None:
+    edges = np.stack([hand.quads, np.roll(hand.quads, -1, axis=1)], axis=2).reshape(-1, 2)
+    web = np.isin(hand.part[edges], WEB_PARTS).all(axis=1)
+    posed_m = posed_hand(hand, pose_library()[Pose.PINKY_TIP]).vertices_m
+    lengths = [
+        np.linalg.norm(points[edges[web, 0]] - points[edges[web, 1]], axis=1)
+        for points in (posed_m, hand.vertices_m)
+    ]
+    # The asset's own weights stretch an edge there 3.4-fold.
+    assert (lengths[0] / lengths[1]).max() < 2.0
 
 
 @pytest.mark.parametrize("pronation_deg", [-85.0, 85.0])
