@@ -51,4 +51,5 @@ def _clipped(segments: F8, size: F8) -> F8:
     cut = first <= last
     begin = start[cut] + first[cut, None] * way[cut]
     end = start[cut] + last[cut, None] * way[cut]
-    return np.clip(np.concatenate([begin, end]), 0.0, size)
+    ends: F8 = np.clip(np.concatenate([begin, end]), 0.0, size)
+    return ends

@@ -1,0 +1,28 @@
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from services.worker.scene.library import HandLibrary
+
+if TYPE_CHECKING:
+    from services.worker.render.blender.cycles import CyclesRenderer
+
+
+@pytest.fixture(scope="session")
+def hands_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("hands")
+
+
+@pytest.fixture(scope="session")
+def hands(hands_cache: Path) -> HandLibrary:
+    return HandLibrary(hands_cache)
+
+
+@pytest.fixture(scope="module")
+def cycles() -> "Iterator[CyclesRenderer]":
+    """Blender is one per process: each module that asks for it starts from an empty file."""
+    from services.worker.render.blender.cycles import CyclesRenderer
+
+    yield CyclesRenderer(2)
