@@ -1,5 +1,6 @@
 """One root for every error that hi5 raises, split by whether trying again can help."""
 
+import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -28,7 +29,7 @@ class Problem:
     remedy: str
 
     def __str__(self) -> str:
-        return f"{self.field}: {_shown(self.value)} is not valid. {self.remedy}"
+        return f"{self.field}: {shown(self.value)} is not valid. {self.remedy}"
 
 
 class InvalidInput(PermanentError):
@@ -39,6 +40,18 @@ class InvalidInput(PermanentError):
         super().__init__("\n".join(str(problem) for problem in self.problems))
 
 
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 120 else text[:117] + "..."
+class _Short(reprlib.Repr):
+    """Bounded in depth and length: a few YAML references can stand for terabytes."""
+
+    def repr_int(self, number: int, _level: int) -> str:
+        # Python refuses to write numbers of thousands of digits.
+        return repr(number) if number.bit_length() < 200 else f"<{number.bit_length()}-bit number>"
+
+
+_short = _Short(maxlevel=3, maxdict=8, maxlist=8, maxtuple=8, maxset=8, maxstring=120, maxother=120)
+
+
+def shown(value: object, limit: int = 120) -> str:
+    """Return the repr of anything a user sent, in at most `limit` characters."""
+    text = _short.repr(value)
+    return text if len(text) <= limit else text[: limit - 3] + "..."

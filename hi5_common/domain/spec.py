@@ -1,7 +1,7 @@
 """The dataset spec: what a researcher asks for. One model for the API, the CLI and Python."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Self
@@ -144,7 +144,7 @@ def parse_spec_text(text: str) -> DatasetSpec:
     """Parse YAML, of which JSON is a part."""
     try:
         document = yaml.load(text, Loader=_UniqueKeyLoader)  # noqa: S506  it is a SafeLoader
-    except (yaml.YAMLError, RecursionError) as error:
+    except (yaml.YAMLError, RecursionError, ValueError) as error:  # ValueError: no such date
         remedy = "Write YAML or JSON; the first error is at the place named."
         raise InvalidInput([Problem("spec", str(error), remedy)]) from error
     return parse_spec(document)
@@ -187,9 +187,11 @@ class _UniqueKeyLoader(yaml.SafeLoader):
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[object, object]:
         keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        doubles = sorted({str(key) for key in keys if keys.count(key) > 1})
-        if doubles:
-            where = node.start_mark
-            raise yaml.YAMLError(f"key {doubles[0]!r} is written twice{where}")
+        seen: set[object] = set()
+        for key in keys:
+            if isinstance(key, Hashable) and key in seen:
+                raise yaml.YAMLError(f"key {key!r} is written twice{node.start_mark}")
+            if isinstance(key, Hashable):
+                seen.add(key)
         mapping: dict[object, object] = super().construct_mapping(node, deep)
         return mapping

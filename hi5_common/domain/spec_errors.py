@@ -10,6 +10,10 @@ from pydantic_core import ErrorDetails
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.vocabulary import Attribute
 
+MAX_VALUES = 1000
+MAX_PROBLEMS = 100
+"""Nobody reads more, and each costs time to word."""
+
 
 class ProblemsFound(ValueError):
     """Raised inside pydantic's validation to hand problems through it."""
@@ -24,6 +28,9 @@ def shape_problems(field: str, request: object) -> list[Problem]:
     match request:
         case None:
             return []
+        case list() | dict() if len(request) > MAX_VALUES:
+            remedy = f"No attribute has more than {MAX_VALUES} values."
+            return [Problem(field, f"{len(request)} values", remedy)]
         case list():
             remedy = "Every value in the list is a name: a string."
             return [Problem(field, v, remedy) for v in request if not isinstance(v, str)]
@@ -87,7 +94,7 @@ def _count_problems(field: str, request: dict[str, int], count: int) -> list[Pro
 def from_pydantic(error: pydantic.ValidationError, model: type[BaseModel]) -> list[Problem]:
     """Translate pydantic's findings into problems; those our own rules raised pass through."""
     problems: list[Problem] = []
-    for detail in error.errors(include_url=False):
+    for detail in error.errors(include_url=False)[:MAX_PROBLEMS]:
         cause = detail.get("ctx", {}).get("error")
         if isinstance(cause, ProblemsFound):
             problems.extend(cause.problems)

@@ -51,6 +51,12 @@ def internal_error(error: Exception) -> ApiError:
     return ApiError(500, "internal", "Internal error", detail=detail)
 
 
+def too_large(length: str, limit: int) -> ApiError:
+    """Say how long a body may be; `length` is what is known of this one's."""
+    problem = Problem("body", f"{length} bytes", f"Send at most {limit} bytes.")
+    return ApiError(413, "too-large", "Body too large", [problem])
+
+
 def _domain_error(error: Hi5Error) -> ApiError:
     match error:
         case db_errors.IdempotencyConflict():
@@ -100,9 +106,7 @@ def _http_error(request: Request, error: HTTPException) -> ApiError:
             return ApiError(405, "no-method", "No such method here", [problem], headers=headers)
         case 413:
             limit = request.app.state.max_body_bytes
-            size = request.headers.get("content-length", f"more than {limit} bytes")
-            problem = Problem("body", size, f"Send at most {limit} bytes.")
-            return ApiError(413, "too-large", "Body too large", [problem])
+            return too_large(f"more than {limit}", limit)
         case status:
             problem = Problem("request", request.method, f"{error.detail}.")
             return ApiError(status, "request", "Bad request", [problem], headers=headers)

@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
+from starlette.middleware.body_limit import RequestBodyLimitMiddleware
 
 from hi5_common.db.engine import open_database
 from hi5_common.queue.celery_doorbell import CeleryDoorbell
@@ -60,7 +61,6 @@ def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
         redoc_url=None,
         redirect_slashes=False,
         lifespan=lifespan,
-        max_body_size=api_settings.max_body_bytes,
         responses={"default": {"model": ProblemDetails, "content": {MEDIA_TYPE: {}}}},
     )
     app.state.parts = parts
@@ -69,5 +69,11 @@ def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
     for router in ROUTERS:
         app.include_router(router)
     app.mount("/static", pages.static_files(), name="static")
-    app.add_middleware(Shield, allowed_hosts=api_settings.allowed_hosts)
+    # The last one added is the outermost: the shield sees answers of all the others.
+    app.add_middleware(RequestBodyLimitMiddleware, max_body_size=api_settings.max_body_bytes)
+    app.add_middleware(
+        Shield,
+        allowed_hosts=api_settings.allowed_hosts,
+        max_body_bytes=api_settings.max_body_bytes,
+    )
     return app

@@ -2,20 +2,16 @@
 
 import json
 import math
-import reprlib
 from collections.abc import Mapping, Sequence
 
 from pydantic import BaseModel
 from starlette.responses import Response
 
-from hi5_common.domain.errors import Hi5Error, Problem
+from hi5_common.domain.errors import Hi5Error, Problem, shown
 
 MEDIA_TYPE = "application/problem+json"
 MAX_PROBLEMS = 50
 MAX_TEXT = 200
-
-_short = reprlib.Repr(maxlevel=3, maxdict=6, maxlist=6, maxtuple=6, maxset=6, maxlong=60)
-_short.maxstring = _short.maxother = MAX_TEXT
 
 JsonScalar = str | int | float | bool | None
 
@@ -82,7 +78,7 @@ def _field_problem(problem: Problem) -> FieldProblem:
 
 
 def _sentence(problem: Problem) -> str:
-    return f"{_cut(problem.field)}: {_short.repr(problem.value)} is not valid. {problem.remedy}"
+    return f"{_cut(problem.field)}: {shown(problem.value)} is not valid. {problem.remedy}"
 
 
 def _shown(value: object) -> JsonScalar:
@@ -95,7 +91,7 @@ def _shown(value: object) -> JsonScalar:
         return int(value)
     if isinstance(value, float) and math.isfinite(value):
         return value
-    return _short.repr(value)
+    return shown(value, MAX_TEXT)
 
 
 def _cut(text: str) -> str:

@@ -7,7 +7,7 @@ from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from hi5_common.domain.errors import Problem
-from services.api.errors import internal_error
+from services.api.errors import internal_error, too_large
 from services.api.problems import ApiError, problem_response
 from services.api.settings import ANY_HOST
 
@@ -27,9 +27,10 @@ HEADERS = {
 class Shield:
     """ASGI middleware around everything. A process boundary: here no exception passes."""
 
-    def __init__(self, app: ASGIApp, allowed_hosts: Sequence[str]) -> None:
+    def __init__(self, app: ASGIApp, allowed_hosts: Sequence[str], max_body_bytes: int) -> None:
         self.app = app
         self.allowed_hosts = frozenset(host.lower() for host in allowed_hosts)
+        self.max_body_bytes = max_body_bytes
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -59,15 +60,29 @@ class Shield:
             await response(scope, receive, send_shielded)
 
     def _refusal(self, request: Request) -> ApiError | None:
+        return (
+            self._foreign_host(request) or self._foreign_page(request) or self._long_body(request)
+        )
+
+    def _foreign_host(self, request: Request) -> ApiError | None:
         host = (request.url.hostname or "").lower()
-        if ANY_HOST not in self.allowed_hosts and host not in self.allowed_hosts:
-            remedy = "Add the name to HI5_API_ALLOWED_HOSTS, a JSON list, or use localhost."
-            problem = Problem("Host", request.headers.get("host", ""), remedy)
-            return ApiError(400, "host", "Unknown host name", [problem])
+        if ANY_HOST in self.allowed_hosts or host in self.allowed_hosts:
+            return None
+        remedy = "Add the name to HI5_API_ALLOWED_HOSTS, a JSON list, or use localhost."
+        problem = Problem("Host", request.headers.get("host", ""), remedy)
+        return ApiError(400, "host", "Unknown host name", [problem])
+
+    def _foreign_page(self, request: Request) -> ApiError | None:
         site = request.headers.get("sec-fetch-site", "none")
-        if request.method not in SAFE_METHODS and site in {"cross-site", "same-site"}:
-            remedy = "Change datasets from hi5's own pages, the command hi5, or a program."
-            return ApiError(
-                403, "cross-site", "Another site's page asked", [Problem("Origin", site, remedy)]
-            )
-        return None
+        if request.method in SAFE_METHODS or site not in {"cross-site", "same-site"}:
+            return None
+        remedy = "Change datasets from hi5's own pages, the command hi5, or a program."
+        problem = Problem("Origin", site, remedy)
+        return ApiError(403, "cross-site", "Another site's page asked", [problem])
+
+    def _long_body(self, request: Request) -> ApiError | None:
+        # Only what admits to be too long; the app counts the rest while it streams in.
+        length = request.headers.get("content-length", "0")
+        if not length.isdecimal() or int(length) <= self.max_body_bytes:
+            return None
+        return too_large(length, self.max_body_bytes)

@@ -8,7 +8,6 @@ from hi5_common.db.events import Event
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.records import Dataset, DatasetStatus
 from hi5_common.domain.spec import DatasetSpec
-from services.api.limits import check_shards
 from services.api.parts import Parts
 from services.api.problems import ApiError
 
@@ -34,7 +33,6 @@ class Retried:
 def submit(parts: Parts, spec: DatasetSpec, idempotency_key: str | None) -> Submitted:
     """Store a spec and its shards. Raises InvalidInput, IdempotencyConflict."""
     plan = parts.plans.of(spec)
-    check_shards(plan)
     with parts.database.transaction() as session:
         made = datasets.create(session, spec, plan, idempotency_key=idempotency_key)
         settings = parts.settings
