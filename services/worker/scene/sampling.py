@@ -49,8 +49,7 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     angles = blended_angles(blend)
     model = hands.hand(cell.gender, cell.handedness).model
     posed = posed_hand(model, angles)
-    skin_m = posed.vertices_m
-    hand = ViewedHand(skin_m[~model.forearm], skin_m[model.forearm], posed.keypoints_m)
+    hand = ViewedHand.of(posed.vertices_m, model.forearm, posed.keypoints_m)
     for attempt in range(MAX_VIEW_ATTEMPTS):
         stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, hand.hand_m)
         if view_will_do(camera, hand.placed(placed), stance):

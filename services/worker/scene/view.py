@@ -2,8 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+import numpy.typing as npt
 
 from hi5_common.domain.spec import ImageRequest
 from hi5_common.domain.vocabulary import Viewpoint
@@ -15,7 +17,8 @@ MIN_DISTANCE_M = 0.08
 ALONG_FOREARM_DEG = 40.0
 INTO_FINGERTIPS_DEG = 20.0
 FIELD_OF_VIEW_DEG = (35.0, 65.0)
-HAND_SHARE_OF_FRAME = (0.45, 1.0)
+HAND_SHARE_OF_FRAME = (0.5, 1.2)
+CUT_LENGTH_M = 0.02
 
 
 @dataclass(frozen=True)
@@ -57,13 +60,13 @@ def draw_view(
     share = math.exp(rng.uniform(*np.log(HAND_SHARE_OF_FRAME)))
     side_px = min(lens.width_px, lens.height_px)
     field_deg = 2.0 * math.degrees(math.atan(side_px / 2.0 / lens.fx_px))
-    slack_deg = field_deg * (0.5 * (1.0 - share) + 0.3 * share)
+    slack_deg = field_deg * max(0.5 * (1.0 - share), 0.0) + field_deg * MAX_OUT_OF_FRAME * share
     return PolarView(
         azimuth_deg=centre + float(rng.uniform(-ranges.spread_deg, ranges.spread_deg)),
         elevation_deg=float(rng.uniform(*ranges.elevation_deg)),
         distance_m=2.0 * radius_m * lens.fx_px / (share * side_px),
-        pitch_deg=float(rng.uniform(-slack_deg, slack_deg)),
-        yaw_deg=float(rng.uniform(-slack_deg, slack_deg)),
+        pitch_deg=float(rng.triangular(-slack_deg, 0.0, slack_deg)),
+        yaw_deg=float(rng.triangular(-slack_deg, 0.0, slack_deg)),
         roll_deg=float(np.clip(rng.normal(0.0, 10.0), -30.0, 30.0)),
     )
 
@@ -91,25 +94,37 @@ def camera_at(view: PolarView, target_m: Array, lens: Intrinsics) -> Camera:
 
 @dataclass(frozen=True, eq=False)
 class ViewedHand:
-    """What a view is judged by, in the world: skin of hand and forearm, keypoints, (N, 3) each."""
+    """What a view is judged by: skin of hand and forearm, the end where the forearm was cut off,
+    and the keypoints, (N, 3) each, metres.
+    """
 
     hand_m: Array
     arm_m: Array
+    cut_m: Array
     keypoints_m: Array
 
-    def placed(self, matrix: Array) -> "ViewedHand":
+    @classmethod
+    def of(cls, skin_m: Array, is_forearm: npt.NDArray[np.bool_], keypoints_m: Array) -> Self:
+        """Sort the skin (V, 3) of a hand in its elbow frame, whose forearm lies along -y."""
+        arm_m = skin_m[is_forearm]
+        cut_m = arm_m[arm_m[:, 1] < arm_m[:, 1].min() + CUT_LENGTH_M]
+        return cls(skin_m[~is_forearm], arm_m, cut_m, keypoints_m)
+
+    def placed(self, matrix: Array) -> Self:
         """Return the same hand moved by a (4, 4) transform."""
-        parts = (self.hand_m, self.arm_m, self.keypoints_m)
-        return ViewedHand(*(transformed(matrix, part) for part in parts))
+        parts = (self.hand_m, self.arm_m, self.cut_m, self.keypoints_m)
+        return type(self)(*(transformed(matrix, part) for part in parts))
 
 
 def view_will_do(camera: Camera, hand: ViewedHand, stance: Stance) -> bool:
-    """Tell whether a view shows the hand: near enough whole, not end on, camera outside it."""
+    """Tell whether a view shows the hand: near enough whole, not end on, camera outside it, and
+    the forearm running out of the picture instead of ending in it.
+    """
     everything_m = np.concatenate([hand.hand_m, hand.arm_m])
     if transformed(camera.world_to_camera, everything_m)[:, 2].min() < 0:
         return False
     least = min(in_frame_share(camera, points) for points in (hand.hand_m, hand.keypoints_m))
-    if least < 1.0 - MAX_OUT_OF_FRAME:
+    if least < 1.0 - MAX_OUT_OF_FRAME or in_frame_share(camera, hand.cut_m) > 0.0:
         return False
     distances_m = np.linalg.norm(everything_m - camera_position(camera), axis=1)
     return bool(distances_m.min() >= MIN_DISTANCE_M) and not _end_on(camera, hand.hand_m, stance)

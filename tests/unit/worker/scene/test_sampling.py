@@ -10,6 +10,7 @@ from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.domain.vocabulary import Environment, Handedness, SkinTone, Viewpoint
 from services.worker.hand.limits import hard_limit_excess_deg
+from services.worker.hand.skin import posed_hand
 from services.worker.scene.colour import ita_deg, lab_to_linear_rgb, linear_rgb_to_lab
 from services.worker.scene.environments import load_panorama, mean_luminance
 from services.worker.scene.geometry import build_geometry, transformed
@@ -18,7 +19,12 @@ from services.worker.scene.poses import pose_library
 from services.worker.scene.sampling import hand_to_world, sample_scene
 from services.worker.scene.skin import dorsum_lab, skin_of
 from services.worker.scene.types import HandScene, Stance
-from services.worker.scene.view import camera_position, in_frame_share, polar_direction
+from services.worker.scene.view import (
+    ViewedHand,
+    camera_position,
+    in_frame_share,
+    polar_direction,
+)
 
 COUNT = 48
 
@@ -61,6 +67,15 @@ def test_at_most_a_quarter_of_the_hand_is_out_of_frame(
         geometry = build_geometry(scene, hands)
         assert in_frame_share(scene.camera, geometry.keypoints_m) >= 0.75
         assert in_frame_share(scene.camera, geometry.vertices_m[geometry.part > 0]) >= 0.73
+
+
+def test_the_forearm_runs_out_of_the_picture(hands: HandLibrary, scenes: list[HandScene]) -> None:
+    for scene in scenes:
+        model = hands.hand(scene.cell.gender, scene.cell.handedness).model
+        posed = posed_hand(model, scene.angles)
+        hand = ViewedHand.of(posed.vertices_m, model.forearm, posed.keypoints_m)
+        assert len(hand.cut_m) > 8
+        assert in_frame_share(scene.camera, hand.placed(scene.hand_to_world).cut_m) == 0.0
 
 
 def test_the_hand_keeps_the_hard_joint_limits(scenes: list[HandScene]) -> None:
