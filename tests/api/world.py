@@ -57,6 +57,13 @@ class World:
         assert answer.status_code == 201, answer.text
         return UUID(answer.json()["id"])
 
+    def rung(self, count: int) -> bool:
+        """Say whether the doorbell rings `count` times: it does so after the answer is sent."""
+        deadline = monotonic() + 10
+        while len(self.doorbell.messages) < count and monotonic() < deadline:
+            sleep(0.005)
+        return len(self.doorbell.messages) == count
+
     def claim(self) -> Shard:
         """Take the oldest pending shard as a worker would."""
         with self.parts.database.transaction() as session:
