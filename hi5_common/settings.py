@@ -54,6 +54,8 @@ class Settings(BaseSettings):
     s3_allow_http: bool = False
 
     renderer: RendererName = RendererName.CYCLES
+    child_module: str = Field("services.worker.render_child", pattern=r"^[A-Za-z_][\w.]*$")
+    """The module that renders: any that speaks the render child's protocol."""
     render_threads: int = Field(default_factory=lambda: len(os.sched_getaffinity(0)), ge=1)
     worker_slots: int = Field(1, ge=1)
     queue: str = "hi5.cpu"

@@ -8,7 +8,6 @@ import json
 import os
 import selectors
 import signal
-import sys
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -18,7 +17,6 @@ from typing import Any
 
 from services.worker.child_events import ChildEvent, parse_event
 
-CHILD_COMMAND: tuple[str, ...] = (sys.executable, "-m", "services.worker.render_child")
 EVENTS_FD = 3
 _KEPT = ("PATH", "LANG", "LD_LIBRARY_PATH", "CUDA_VISIBLE_DEVICES", "CUDA_CACHE_PATH")
 _KEPT_PREFIXES = ("PYTHON", "LC_", "NVIDIA_", "OPTIX_")

@@ -1,8 +1,9 @@
 """One attempt at a shard, from claim to publication."""
 
 import logging
+import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -27,7 +28,7 @@ from services.worker.attempt_errors import (
 )
 from services.worker.lease import Lease
 from services.worker.pack import PackedShard, pack
-from services.worker.render_process import CHILD_COMMAND, RenderJob
+from services.worker.render_process import RenderJob
 from services.worker.scratch import attempt_folder
 from services.worker.shard_render import Limits, ShardRender
 
@@ -59,7 +60,6 @@ class ShardRunner:
     settings: Settings
     owner: str
     draining: Callable[[], bool]
-    command: Sequence[str] = CHILD_COMMAND
 
     def run_while_due(self, hint: UUID | None, most: int) -> list[Outcome]:
         """Work on the hinted shard if it is due, then on the oldest ones, up to `most` attempts."""
@@ -126,7 +126,7 @@ class ShardRunner:
             ),
             folder=folder,
             extension=_EXTENSIONS[spec.image.format],
-            command=self.command,
+            command=(sys.executable, "-m", settings.child_module),
             limits=Limits(
                 settings.image_timeout_s,
                 settings.child_images,

@@ -109,8 +109,8 @@ def test_nothing_due_is_no_work(database: Database, tmp_path: Path) -> None:
 def test_a_poisoned_image_fails_the_shard_with_its_index(
     database: Database, tmp_path: Path
 ) -> None:
-    made = factories.dataset(database, count=2, size=2)
-    assert runner(database, Store(), tmp_path, "crash_always", "1").run_next(None) is Outcome.FAILED
+    made = factories.dataset(database, count=2, size=2, name="crash_always 1")
+    assert runner(database, Store(), tmp_path).run_next(None) is Outcome.FAILED
     shard = only_shard(database, made.id)
     assert shard.status is ShardStatus.FAILED
     assert "image 1 failed 3 times: killed by SIGSEGV" in str(shard.failure_reason)
@@ -159,8 +159,8 @@ def test_a_zombies_publication_is_refused(database: Database, tmp_path: Path) ->
 
 
 def test_a_cancelled_dataset_stops_its_child(database: Database, tmp_path: Path) -> None:
-    made = factories.dataset(database, count=2, size=2)
-    slot = runner(database, Store(), tmp_path, "wait", "1")
+    made = factories.dataset(database, count=2, size=2, name="wait 1")
+    slot = runner(database, Store(), tmp_path)
     outcomes: list[Outcome | None] = []
     thread = threading.Thread(target=lambda: outcomes.append(slot.run_next(None)))
     thread.start()
@@ -174,9 +174,9 @@ def test_a_cancelled_dataset_stops_its_child(database: Database, tmp_path: Path)
 
 
 def test_a_draining_slot_hands_its_shard_back(database: Database, tmp_path: Path) -> None:
-    made = factories.dataset(database, count=2, size=2)
+    made = factories.dataset(database, count=2, size=2, name="wait 1")
     drained = threading.Event()
-    slot = replace(runner(database, Store(), tmp_path, "wait", "1"), draining=drained.is_set)
+    slot = replace(runner(database, Store(), tmp_path), draining=drained.is_set)
     drain = threading.Timer(1.0, drained.set)
     drain.start()
     slow = replace(slot, settings=slot.settings.model_copy(update={"drain_s": 0.0}))

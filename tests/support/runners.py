@@ -1,14 +1,11 @@
 """A worker's slot with everything around it in one process: for tests of single attempts."""
 
-import sys
 from pathlib import Path
 
 from hi5_common.db.engine import Database
 from hi5_common.settings import Settings
 from hi5_common.storage.port import ObjectStore
 from services.worker.shard_runner import ShardRunner
-
-STAND_IN = (sys.executable, "-m", "tests.support.stand_in_child")
 
 
 def settings(folder: Path, **changes: object) -> Settings:
@@ -29,15 +26,12 @@ def settings(folder: Path, **changes: object) -> Settings:
     return Settings.model_validate(quick | changes)
 
 
-def runner(
-    database: Database, store: ObjectStore, folder: Path, *fault: str, owner: str = "w"
-) -> ShardRunner:
-    """Return a slot that renders with the stand-in child."""
+def runner(database: Database, store: ObjectStore, folder: Path, owner: str = "w") -> ShardRunner:
+    """Return a slot that renders with the stand-in child, whose fault is the dataset's name."""
     return ShardRunner(
         database=database,
         store=store,
-        settings=settings(folder),
+        settings=settings(folder, child_module="tests.support.stand_in_child"),
         owner=owner,
         draining=lambda: False,
-        command=(*STAND_IN, *fault),
     )

@@ -1,9 +1,10 @@
 """A render child for tests that need no picture: it speaks the protocol and can misbehave.
 
-Usage: stand_in_child.py FAULT [ARGUMENT]. Faults that must happen only once leave a file named
-after them in the folder above the images.
+Its fault is the name of the dataset, in words: "crash_once 2". Faults that must happen only once
+leave a file named after them in the folder above the images.
 """
 
+import ctypes
 import hashlib
 import json
 import os
@@ -15,10 +16,13 @@ from typing import Any
 
 from tests.unit.export.factories import label
 
+PR_SET_PDEATHSIG = 1
+
 
 def main() -> None:
-    fault, argument = (*sys.argv[1:], "", "")[:2]
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     job = json.loads(sys.stdin.readline())
+    fault, argument = (*job["spec"]["name"].split(), "", "")[:2]
     out_dir = Path(job["out_dir"])
     if fault == "never_starts":
         sys.stderr.write("no GPU here\n")
@@ -26,9 +30,9 @@ def main() -> None:
     _say({"event": "ready"})
     for index in job["indices"]:
         _misbehave(fault, argument, index, out_dir)
-        _say(_image(job, index, out_dir))
         if fault == "slow":
             time.sleep(float(argument))
+        _say(_image(job, index, out_dir, fault))
     _say({"event": "done", "images": len(job["indices"])})
     os._exit(0)
 
@@ -62,13 +66,13 @@ def _first_time(out_dir: Path, fault: str) -> bool:
     return True
 
 
-def _image(job: dict[str, Any], index: int, out_dir: Path) -> dict[str, Any]:
+def _image(job: dict[str, Any], index: int, out_dir: Path, fault: str) -> dict[str, Any]:
     picture = f"picture {job['spec']['seed']} {index}".encode()
     text = label(index).model_dump_json().encode()
     (out_dir / f"{index:09d}.jpg").write_bytes(picture)
     (out_dir / f"{index:09d}.json").write_bytes(text)
     reported = text
-    if sys.argv[1:2] == ["lie_once"] and _first_time(out_dir, "lie_once"):
+    if fault == "lie_once" and _first_time(out_dir, "lie_once"):
         reported = b"something else"
     return {
         "event": "image",
@@ -77,8 +81,8 @@ def _image(job: dict[str, Any], index: int, out_dir: Path) -> dict[str, Any]:
         "label_sha256": hashlib.sha256(reported).hexdigest(),
         "image_bytes": len(picture),
         "label_bytes": len(text),
-        "seconds": 0.01,
-        "rss_mb": 10_000.0 if sys.argv[1:2] == ["fat"] else 50.0,
+        "seconds": 0.3 if fault == "slow" else 0.01,
+        "rss_mb": 10_000.0 if fault == "fat" else 50.0,
         "pid": os.getpid(),
     }
 

@@ -32,9 +32,11 @@ class Attempt:
     def render(self) -> ShardRender:
         out_dir = self.folder / "images"
         out_dir.mkdir()
-        job = RenderJob({"seed": 7}, tuple(range(self.images)), str(out_dir), 1, "fake", "/cache")
-        command = (*STAND_IN, *self.fault)
-        return ShardRender(job, self.folder, "jpg", command, self.limits, self.check, self.draining)
+        spec = {"seed": 7, "name": " ".join(self.fault)}
+        job = RenderJob(spec, tuple(range(self.images)), str(out_dir), 1, "fake", "/cache")
+        return ShardRender(
+            job, self.folder, "jpg", STAND_IN, self.limits, self.check, self.draining
+        )
 
 
 def contents(images: list[RenderedImage]) -> list[bytes]:
