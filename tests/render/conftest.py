@@ -1,4 +1,3 @@
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,8 +20,8 @@ def hands(hands_cache: Path) -> HandLibrary:
 
 
 @pytest.fixture(scope="module")
-def cycles() -> "Iterator[CyclesRenderer]":
+def cycles() -> "CyclesRenderer":
     """Blender is one per process: each module that asks for it starts from an empty file."""
     from services.worker.render.blender.cycles import CyclesRenderer
 
-    yield CyclesRenderer(2)
+    return CyclesRenderer(2)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hi5_common.domain.vocabulary import Environment
-from services.worker.compose.background import render_background
+from services.worker.compose.background import F4, render_background
 from services.worker.label.projection import F8
 from services.worker.render.blender import camera, film, session
 from services.worker.render.blender.world import new_world
@@ -45,7 +45,7 @@ def _drawn_by_cycles(lens: Intrinsics, light: Light) -> F8:
     return film.shoot(scene, film.MemoryFile())[..., :3].astype(np.float64)
 
 
-def _difference(a: F8, b: F8) -> float:
+def _difference(ours: F4, drawn: F8) -> float:
     """Return the mean difference in display space, where it is seen."""
-    shown_a, shown_b = (np.clip(picture, 0.0, 1.0) ** (1 / 2.2) for picture in (a, b))
+    shown_a, shown_b = (np.clip(picture, 0.0, 1.0) ** (1 / 2.2) for picture in (ours, drawn))
     return float(np.abs(shown_a - shown_b).mean())

@@ -72,7 +72,7 @@ def _alone(cache: Path, order: str, *, threads: int, persistent: bool) -> dict[s
 def test_a_frame_owes_nothing_to_the_frames_before_it_nor_to_threads(
     cycles: "CyclesRenderer", hands: HandLibrary, hands_cache: Path
 ) -> None:
-    fresh = {}
+    fresh: dict[str, str] = {}
     for letter in "abc":
         fresh |= _alone(hands_cache, letter, threads=1, persistent=False)
     assert len(set(fresh.values())) == 3

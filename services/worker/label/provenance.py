@@ -1,5 +1,6 @@
 """The resolved scene as plain JSON: enough to see why a picture looks as it does."""
 
+import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -31,7 +32,7 @@ class Making:
 
 def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
     """Return everything that went into the picture of a scene, as JSON values."""
-    return {
+    document = {
         "pose_blend": asdict(scene.blend),
         "joint_angles_deg": asdict(scene.angles),
         "stance": asdict(scene.stance),
@@ -51,3 +52,6 @@ def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
             "panorama": panorama_sha256(scene.light.environment),
         },
     }
+    # Through JSON once, so that a label read back equals the label that was written.
+    plain: dict[str, Any] = json.loads(json.dumps(document))
+    return plain
