@@ -52,6 +52,7 @@ def environment(options: StackOptions, broker_url: str, base: Mapping[str, str])
         "HI5_STORE_URL": settings.resolved_store_url,
         "HI5_BROKER_URL": broker_url,
         "HI5_RENDERER": options.renderer.value,
+        "HI5_SCRATCH_DIR": base.get("HI5_SCRATCH_DIR", str(options.data_dir / "scratch")),
         "HI5_RENDER_THREADS": base.get("HI5_RENDER_THREADS", str(threads_each(options.workers))),
     }
 
