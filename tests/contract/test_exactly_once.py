@@ -1,0 +1,239 @@
+"""Any order of claims, deaths, zombies, cancels and sweeps: what is published stays, once."""
+
+import hashlib
+import shutil
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path
+from uuid import UUID
+
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+from hypothesis.stateful import Bundle, RuleBasedStateMachine, consumes, invariant, rule
+
+from hi5_common.db import datasets, events, migrate, shards
+from hi5_common.db.engine import Session, open_database
+from hi5_common.db.errors import DatasetNotFound, LeaseLost
+from hi5_common.db.tables import ShardRow
+from hi5_common.domain import keys
+from hi5_common.domain.lifecycle import TERMINAL
+from hi5_common.domain.records import Publication, Shard, ShardStatus, StoredObject, Tallies
+from hi5_common.domain.retry import FailureKind
+from hi5_common.queue.memory import MemoryDoorbell
+from hi5_common.storage.open import memory_store
+from services.worker.keeper import Keeper
+from tests.support import factories, runners
+
+
+@dataclass
+class Worker:
+    """An attempt as its worker sees it: it may have lost its lease long ago."""
+
+    shard: Shard
+    owner: str
+    publication: Publication | None = None
+    acknowledged: bool = False
+    fenced: bool = False
+
+
+class Fleet(RuleBasedStateMachine):
+    """Workers, users and a keeper that act in any order."""
+
+    submitted = Bundle("submitted")
+    workers = Bundle("workers")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.folder = Path(tempfile.mkdtemp(prefix="hi5-machine-"))
+        url = f"sqlite:///{self.folder / 'hi5.sqlite'}"
+        migrate.upgrade(url)
+        self.database = open_database(url)
+        self.store = memory_store()
+        settings = runners.settings(self.folder)
+        self.keeper = Keeper(self.database, self.store, MemoryDoorbell(), settings)
+        self.published: dict[UUID, Publication] = {}
+        self.attempts: dict[UUID, int] = {}
+        self.deleted: set[UUID] = set()
+        self.everybody: list[Worker] = []
+
+    def teardown(self) -> None:
+        self.converge()
+        self.database.dispose()
+        shutil.rmtree(self.folder)
+
+    @rule(target=submitted, shards_wanted=st.integers(1, 3))
+    def submit(self, shards_wanted: int) -> UUID:
+        return factories.dataset(self.database, count=2 * shards_wanted, size=2).id
+
+    @rule(target=workers, hint=st.one_of(st.none(), st.just(UUID(int=5))))
+    def claim(self, hint: UUID | None) -> Worker | None:
+        owner = f"worker-{len(self.everybody)}"
+        with self.database.transaction() as session:
+            shard = shards.claim(session, hint, owner, 60)
+        if shard is None:
+            return None
+        assert shard.attempt > self.attempts.get(shard.id, 0), "a fencing token was used twice"
+        self.attempts[shard.id] = shard.attempt
+        self.everybody.append(Worker(shard, owner))
+        return self.everybody[-1]
+
+    @rule(worker=workers)
+    def upload(self, worker: Worker | None) -> None:
+        if worker is not None and not worker.fenced:
+            worker.publication = self.uploaded(worker.shard)
+
+    @rule(worker=workers, answer_lost=st.booleans())
+    def finish(self, worker: Worker | None, answer_lost: bool) -> None:
+        if worker is None or worker.publication is None:
+            return
+        for _ in range(1 + answer_lost):
+            try:
+                self.send_finish(worker, worker.publication)
+            except LeaseLost:
+                assert not worker.acknowledged or worker.shard.dataset_id in self.deleted
+                return
+            worker.acknowledged = True
+            earlier = self.published.setdefault(worker.shard.id, worker.publication)
+            assert earlier == worker.publication, "two publications of one shard"
+
+    @rule(worker=workers, kind=st.sampled_from(FailureKind))
+    def fail(self, worker: Worker | None, kind: FailureKind) -> None:
+        if worker is not None:
+            self.try_to(lambda s, i, a, o: shards.fail(s, i, a, o, kind, ""), worker)
+
+    @rule(worker=workers)
+    def release(self, worker: Worker | None) -> None:
+        if worker is not None:
+            self.try_to(shards.release, worker)
+
+    @rule(worker=workers)
+    def renew(self, worker: Worker | None) -> None:
+        if worker is None:
+            return
+        try:
+            with self.database.transaction() as session:
+                answer = shards.renew(session, *self.proof(worker), 60, 1)
+        except LeaseLost:
+            return
+        if answer.cancel_requested:
+            self.try_to(shards.cancel, worker)
+
+    @rule()
+    def every_worker_falls_silent(self) -> None:
+        with self.database.transaction() as session:
+            for row in session.query(ShardRow).where(ShardRow.lease_until.is_not(None)):
+                row.lease_until = row.changed_at - timedelta(seconds=1)
+        self.keeper.sweep_leases()
+
+    @rule()
+    def time_passes(self) -> None:
+        with self.database.transaction() as session:
+            for row in session.query(ShardRow):
+                row.not_before = row.changed_at - timedelta(seconds=1)
+
+    @rule()
+    def sweep(self) -> None:
+        """Sweep, long after a zombie's own clock has stopped it from uploading."""
+        for worker in self.everybody:
+            worker.fenced = worker.fenced or not self.holds(worker)
+        self.keeper.sweep_leases()
+        self.keeper.sweep_objects()
+
+    @rule(dataset_id=submitted)
+    def cancel(self, dataset_id: UUID) -> None:
+        if dataset_id not in self.deleted:
+            with self.database.transaction() as session:
+                datasets.request_cancel(session, dataset_id)
+
+    @rule(dataset_id=submitted)
+    def retry(self, dataset_id: UUID) -> None:
+        if dataset_id not in self.deleted:
+            with self.database.transaction() as session:
+                datasets.retry_failed(session, dataset_id)
+
+    @rule(dataset_id=consumes(submitted))
+    def delete(self, dataset_id: UUID) -> None:
+        with self.database.transaction() as session:
+            datasets.delete(session, dataset_id)
+        self.deleted.add(dataset_id)
+        self.published = {
+            shard_id: publication
+            for shard_id, publication in self.published.items()
+            if str(dataset_id) not in publication.samples.key
+        }
+
+    @invariant()
+    def what_is_published_is_there(self) -> None:
+        with self.database.snapshot() as session:
+            rows = {row.id: row for row in session.query(ShardRow)}
+        done = {shard_id for shard_id, row in rows.items() if row.status == ShardStatus.DONE.value}
+        assert done == set(self.published)
+        for publication in self.published.values():
+            for stored in (publication.samples, publication.labels, publication.members):
+                assert self.store.head(stored.key).size_bytes == stored.size_bytes
+
+    def converge(self) -> None:
+        """Let healthy workers do what is left; check that everything ends and nothing is left."""
+        for worker in self.everybody:
+            worker.fenced = True
+        more = True
+        while more:
+            self.every_worker_falls_silent()
+            self.time_passes()
+            with self.database.transaction() as session:
+                shard = shards.claim(session, None, "healthy", 60)
+                more = shard is not None
+            if shard is not None:
+                healthy = Worker(shard, "healthy", self.uploaded(shard))
+                self.finish(healthy, answer_lost=True)
+        self.keeper.sweep_objects()
+        self.what_is_published_is_there()
+        kept = {e.key for e in self.store.list("datasets")}
+        assert kept == {
+            stored.key
+            for publication in self.published.values()
+            for stored in (publication.samples, publication.labels, publication.members)
+        }
+        with self.database.snapshot() as session:
+            for row in session.query(ShardRow):
+                assert ShardStatus(row.status) in TERMINAL
+                history = events.of_dataset(session, row.dataset_id, 10_000)
+                ends = [e for e in history if e.shard_number == row.number and e.kind == "finish"]
+                assert len(ends) == (row.status == ShardStatus.DONE.value)
+
+    def uploaded(self, shard: Shard) -> Publication:
+        prefix = keys.shard_prefix(shard.dataset_id, shard.number, shard.attempt)
+        digest = hashlib.sha256(prefix.encode()).hexdigest()
+        made = [
+            StoredObject(f"{prefix}/{name}", len(prefix), digest)
+            for name in (keys.SAMPLES, keys.LABELS, keys.MEMBERS)
+        ]
+        for stored in made:
+            self.store.put(stored.key, prefix.encode(), digest)
+        samples, labels, members = made
+        return Publication(samples, labels, members, shard.stop - shard.start, Tallies({}, {}))
+
+    def send_finish(self, worker: Worker, publication: Publication) -> None:
+        with self.database.transaction() as session:
+            shards.finish(session, *self.proof(worker), publication)
+
+    def holds(self, worker: Worker) -> bool:
+        with self.database.snapshot() as session:
+            row = session.get(ShardRow, worker.shard.id)
+        return row is not None and row.lease_owner == worker.owner
+
+    def try_to(self, act: Callable[[Session, UUID, int, str], object], worker: Worker) -> None:
+        try:
+            with self.database.transaction() as session:
+                act(session, *self.proof(worker))
+        except (LeaseLost, DatasetNotFound):
+            return
+
+    def proof(self, worker: Worker) -> tuple[UUID, int, str]:
+        return worker.shard.id, worker.shard.attempt, worker.owner
+
+
+Fleet.TestCase.settings = hypothesis_settings(max_examples=30, stateful_step_count=40)
+TestExactlyOnce = Fleet.TestCase
