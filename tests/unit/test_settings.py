@@ -28,7 +28,7 @@ def test_secrets_may_lie_in_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 
 def test_a_secret_file_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HI5_BROKER_URL_FILE", "/nowhere/broker")
-    with pytest.raises(ValueError, match="HI5_BROKER_URL_FILE.*/nowhere/broker"):
+    with pytest.raises(ValueError, match=r"HI5_BROKER_URL_FILE.*/nowhere/broker"):
         Settings()
 
 
