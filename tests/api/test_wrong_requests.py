@@ -18,7 +18,7 @@ class Wrong:
     """A request that breaks one rule, and what the answer must name."""
 
     name: str
-    field: str
+    where: str
     value: object
     remedy: str
     status: int = 422
@@ -171,7 +171,7 @@ WRONG = (
 
 def send(world: World, wrong: Wrong) -> httpx.Response:
     headers = dict(wrong.headers)
-    if wrong.field == "Host":
+    if wrong.where == "Host":
         headers["Host"] = str(wrong.value)
     return world.client.request(
         wrong.method, wrong.path, content=wrong.content, json=wrong.body, headers=headers
@@ -203,7 +203,7 @@ def assert_problem(
 @pytest.mark.parametrize("wrong", WRONG, ids=lambda wrong: wrong.name)
 def test_a_broken_rule_is_named(shared_world: World, wrong: Wrong) -> None:
     answer = send(shared_world, wrong)
-    assert_problem(answer, wrong.status, wrong.field, wrong.value, wrong.remedy)
+    assert_problem(answer, wrong.status, wrong.where, wrong.value, wrong.remedy)
 
 
 def test_nothing_wrong_was_stored(shared_world: World) -> None:

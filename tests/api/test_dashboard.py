@@ -1,0 +1,109 @@
+"""The pages: what they show, and that nothing a user wrote becomes markup."""
+
+import re
+from uuid import UUID
+
+import pytest
+
+from tests.api.world import World
+
+
+def page(world: World, dataset_id: UUID, query: str = "") -> str:
+    answer = world.client.get(f"/datasets/{dataset_id}{query}")
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-type"] == "text/html; charset=utf-8"
+    return answer.text
+
+
+def shown_images(html: str) -> list[int]:
+    return [int(index) for index in re.findall(r'src="/v1/datasets/[^/]+/images/(\d+)"', html)]
+
+
+def test_the_list_shows_every_dataset_with_its_progress(world: World) -> None:
+    world.submit(name="First one")
+    world.deliver()
+    html = world.client.get("/").text
+    assert "First one" in html
+    assert "<b>4</b> of 12 images" in html
+    assert "33.3 %" in html
+
+
+def test_an_empty_list_says_how_to_begin(world: World) -> None:
+    assert "hi5 submit" in world.client.get("/").text
+
+
+def test_the_list_is_paged(world: World) -> None:
+    for number in range(3):
+        world.submit(name=f"number {number}")
+    first = world.client.get("/?limit=2").text
+    (address,) = re.findall(r'href="(/\?limit=2&amp;after=[^"]+)"', first)
+    second = world.client.get(address.replace("&amp;", "&")).text
+    assert "number 2" in first
+    assert "number 0" not in first
+    assert "number 0" in second
+
+
+def test_images_and_their_attributes_appear_when_delivered(world: World) -> None:
+    dataset_id = world.submit()
+    assert shown_images(page(world, dataset_id)) == []
+    world.deliver()
+    html = page(world, dataset_id)
+    assert shown_images(html) == [0, 1, 2, 3]
+    assert html.count("data-labels=") == 4
+
+
+def test_the_gallery_holds_24_and_goes_on_from_there(world: World) -> None:
+    dataset_id = world.submit(count=60, images_per_shard=10)
+    world.deliver()
+    world.fail("broken")  # images 10 to 19 are not there
+    for _ in range(4):
+        world.deliver()
+    first = page(world, dataset_id)
+    assert shown_images(first) == [*range(10), *range(20, 34)]
+    assert "?from=34&amp;" in first
+    second = page(world, dataset_id, "?from=34")
+    assert shown_images(second) == [*range(34, 58)]
+    assert shown_images(page(world, dataset_id, "?from=58")) == [58, 59]
+    assert shown_images(page(world, dataset_id, "?from=15")) == [*range(20, 44)]
+
+
+def test_a_failure_shows_its_reason_escaped_and_a_retry(world: World) -> None:
+    dataset_id = world.submit()
+    assert "/retry" not in page(world, dataset_id)
+    world.fail("<script>alert(1)</script>")
+    html = page(world, dataset_id)
+    assert "&lt;script&gt;alert(1)&lt;/script&gt;" in html
+    assert "<script>" not in html
+    assert f'data-post="/v1/datasets/{dataset_id}/retry"' in html
+    assert f'data-post="/v1/datasets/{dataset_id}/cancel"' in html
+
+
+def test_a_complete_dataset_offers_neither_cancel_nor_retry(world: World) -> None:
+    dataset_id = world.submit(count=4)
+    world.deliver()
+    assert "data-post" not in page(world, dataset_id)
+
+
+def test_balance_bars_show_requested_planned_and_delivered(world: World) -> None:
+    dataset_id = world.submit(attributes={"gender": {"male": 9, "female": 3}})
+    html = page(world, dataset_id)
+    assert 'title="male: 9 requested, 9 planned, 0 delivered"' in html
+    for _ in range(3):
+        world.deliver()
+    assert 'title="male: 9 requested, 9 planned, 9 delivered"' in page(world, dataset_id)
+
+
+@pytest.mark.parametrize("query", ["?a=gender&b=handedness", "?a=handedness&b=gender"])
+def test_any_two_attributes_can_be_crossed_in_any_order(world: World, query: str) -> None:
+    dataset_id = world.submit(count=4, images_per_shard=4)
+    world.deliver()
+    table = page(world, dataset_id, query).split('<table class="heat"')[1]
+    cells = re.findall(r'<td class="heat-(\d+)[^>]*>(\d+)<span class="of"> / (\d+)', table)
+    assert len(cells) == 4
+    assert sum(int(delivered) for _, delivered, _ in cells) == 4
+    assert all(step == ("10" if planned != "0" else "0") for step, _, planned in cells)
+
+
+def test_an_attribute_is_not_crossed_with_itself(world: World) -> None:
+    html = page(world, world.submit(), "?a=pose&b=pose")
+    assert "Choose two different attributes" in html
