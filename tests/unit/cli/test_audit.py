@@ -143,6 +143,21 @@ def test_damage_is_found(damage: Callable[[PublishedDataset], None], fault: Faul
     }
 
 
+@pytest.mark.parametrize(
+    ("indices", "fault", "name"),
+    [
+        ([0], Fault.MISSING, "000000001.jpg"),
+        ([0, 1, 1], Fault.DOUBLE, "000000001.json"),
+        ([0, 1, 4], Fault.UNEXPECTED, "000000004.jpg"),
+    ],
+)
+def test_the_file_in_the_tar_is_named(indices: list[int], fault: Fault, name: str) -> None:
+    dataset = published(5)
+    republish(dataset, indices)
+    found = [(finding.fault, finding.subject) for finding in report_of(dataset).findings]
+    assert (fault, name) in found
+
+
 def test_an_object_that_is_whole_but_no_table_is_found() -> None:
     dataset = published(2)
     replace_object(dataset, 1, b"not parquet")

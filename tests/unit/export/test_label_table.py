@@ -21,7 +21,9 @@ def test_labels_come_back_exactly(tmp_path: Path) -> None:
     labels = [
         factories.label(7, keypoints=factories.keypoints(BEHIND, OUTSIDE, HIDDEN)),
         factories.label(8, keypoints=None, box=None, hand_box=None, mask=None, mask_area_px=None),
-        factories.label(9, in_frame_share=0.1 + 0.2, scene={"b": [1, {"a": None}], "ä": "ü"}),
+        factories.label(
+            9, in_frame_share=0.1 + 0.2, scene={"z": [1, {"a": None}], "ä": "ü", "b": 1}
+        ),
         factories.label(10, attributes={Attribute.POSE: "fist"}),
     ]
     write_label_table(tmp_path / "labels.parquet", labels)
