@@ -11,11 +11,20 @@ from uuid import UUID
 
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
-from hypothesis.stateful import Bundle, RuleBasedStateMachine, consumes, invariant, rule
+from hypothesis.stateful import (
+    Bundle,
+    MultipleResults,
+    RuleBasedStateMachine,
+    consumes,
+    invariant,
+    multiple,
+    rule,
+)
 
 from hi5_common.db import datasets, events, migrate, shards
 from hi5_common.db.engine import Session, open_database
-from hi5_common.db.errors import DatasetNotFound, LeaseLost
+from hi5_common.db.errors import LeaseLost
+from hi5_common.db.shards import RenewAnswer
 from hi5_common.db.tables import ShardRow
 from hi5_common.domain import keys
 from hi5_common.domain.lifecycle import TERMINAL
@@ -33,7 +42,7 @@ class Worker:
 
     shard: Shard
     owner: str
-    publication: Publication | None = None
+    publication: Publication
     acknowledged: bool = False
     fenced: bool = False
 
@@ -68,56 +77,50 @@ class Fleet(RuleBasedStateMachine):
         return factories.dataset(self.database, count=2 * shards_wanted, size=2).id
 
     @rule(target=workers, hint=st.one_of(st.none(), st.just(UUID(int=5))))
-    def claim(self, hint: UUID | None) -> Worker | None:
+    def claim(self, hint: UUID | None) -> MultipleResults[Worker]:
         owner = f"worker-{len(self.everybody)}"
         with self.database.transaction() as session:
             shard = shards.claim(session, hint, owner, 60)
         if shard is None:
-            return None
+            return multiple()
         assert shard.attempt > self.attempts.get(shard.id, 0), "a fencing token was used twice"
         self.attempts[shard.id] = shard.attempt
-        self.everybody.append(Worker(shard, owner))
-        return self.everybody[-1]
+        worker = Worker(shard, owner, self.uploaded(shard))
+        self.everybody.append(worker)
+        return multiple(worker)
 
     @rule(worker=workers)
-    def upload(self, worker: Worker | None) -> None:
-        if worker is not None and not worker.fenced:
-            worker.publication = self.uploaded(worker.shard)
+    def upload_late(self, worker: Worker) -> None:
+        if not worker.fenced:
+            self.uploaded(worker.shard)
 
     @rule(worker=workers, answer_lost=st.booleans())
-    def finish(self, worker: Worker | None, answer_lost: bool) -> None:
-        if worker is None or worker.publication is None:
-            return
+    def finish(self, worker: Worker, answer_lost: bool) -> None:
+        entitled = self.holds(worker) or worker.acknowledged
         for _ in range(1 + answer_lost):
             try:
-                self.send_finish(worker, worker.publication)
+                self.send_finish(worker)
             except LeaseLost:
-                assert not worker.acknowledged or worker.shard.dataset_id in self.deleted
+                assert not entitled or worker.shard.dataset_id in self.deleted
                 return
+            assert entitled, "a zombie published"
             worker.acknowledged = True
             earlier = self.published.setdefault(worker.shard.id, worker.publication)
             assert earlier == worker.publication, "two publications of one shard"
 
     @rule(worker=workers, kind=st.sampled_from(FailureKind))
-    def fail(self, worker: Worker | None, kind: FailureKind) -> None:
-        if worker is not None:
-            self.try_to(lambda s, i, a, o: shards.fail(s, i, a, o, kind, ""), worker)
+    def fail(self, worker: Worker, kind: FailureKind) -> None:
+        self.try_to(lambda s, i, a, o: shards.fail(s, i, a, o, kind, ""), worker)
 
     @rule(worker=workers)
-    def release(self, worker: Worker | None) -> None:
-        if worker is not None:
-            self.try_to(shards.release, worker)
+    def release(self, worker: Worker) -> None:
+        self.try_to(shards.release, worker)
 
     @rule(worker=workers)
-    def renew(self, worker: Worker | None) -> None:
-        if worker is None:
-            return
-        try:
-            with self.database.transaction() as session:
-                answer = shards.renew(session, *self.proof(worker), 60, 1)
-        except LeaseLost:
-            return
-        if answer.cancel_requested:
+    def renew(self, worker: Worker) -> None:
+        answers: list[RenewAnswer] = []
+        self.try_to(lambda s, i, a, o: answers.append(shards.renew(s, i, a, o, 60, 1)), worker)
+        if answers and answers[0].cancel_requested:
             self.try_to(shards.cancel, worker)
 
     @rule()
@@ -215,9 +218,9 @@ class Fleet(RuleBasedStateMachine):
         samples, labels, members = made
         return Publication(samples, labels, members, shard.stop - shard.start, Tallies({}, {}))
 
-    def send_finish(self, worker: Worker, publication: Publication) -> None:
+    def send_finish(self, worker: Worker) -> None:
         with self.database.transaction() as session:
-            shards.finish(session, *self.proof(worker), publication)
+            shards.finish(session, *self.proof(worker), worker.publication)
 
     def holds(self, worker: Worker) -> bool:
         with self.database.snapshot() as session:
@@ -225,11 +228,15 @@ class Fleet(RuleBasedStateMachine):
         return row is not None and row.lease_owner == worker.owner
 
     def try_to(self, act: Callable[[Session, UUID, int, str], object], worker: Worker) -> None:
+        """Send a transition; the database must take it from the holder of the lease alone."""
+        held = self.holds(worker)
         try:
             with self.database.transaction() as session:
                 act(session, *self.proof(worker))
-        except (LeaseLost, DatasetNotFound):
-            return
+        except LeaseLost:
+            assert not held
+        else:
+            assert held, "a zombie was believed"
 
     def proof(self, worker: Worker) -> tuple[UUID, int, str]:
         return worker.shard.id, worker.shard.attempt, worker.owner
