@@ -10,7 +10,9 @@ from hi5_common.domain.vocabulary import Environment
 from services.worker.scene.environments import panorama_path
 from services.worker.scene.types import Light
 
-IMPORTANCE_MAP_PX = 1024
+IMPORTANCE_MAP_PX = 512
+"""Width of the map that light is sampled by, half the panoramas': within 0.02 dB of the full width
+(8 samples, three environments), and 0.08 s of CPU less to build for every image."""
 
 
 @dataclass(frozen=True)
