@@ -12,6 +12,7 @@ from hi5_common.queue.errors import BrokerUnavailable
 from hi5_common.queue.memory import MemoryDoorbell
 from hi5_common.settings import Settings
 from hi5_common.storage.local import LocalFolder
+from services.api import healthcheck
 from services.api.main import assemble
 from services.api.parts import Parts
 from services.api.settings import ApiSettings
@@ -134,3 +135,17 @@ def test_any_host_can_be_allowed(tmp_path: Path) -> None:
     parts = Parts.of(settings, database, LocalFolder(tmp_path / "store"), MemoryDoorbell())
     with serving(assemble(parts, ApiSettings(allowed_hosts=("*",)))) as url:
         assert httpx.get(f"{url}/healthz", headers={"Host": "gpu.lab"}).status_code == 200
+
+
+def test_the_healthcheck_follows_readiness(
+    world: World, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("UVICORN_PORT", str(world.client.base_url.port))
+    assert healthcheck.main() == 0
+
+    def away() -> int:
+        raise BrokerUnavailable
+
+    monkeypatch.setattr(world.doorbell, "waiting", away)
+    assert healthcheck.main() == 1
+    assert "broker" in capsys.readouterr().err
