@@ -16,6 +16,7 @@ from hypothesis.stateful import (
     MultipleResults,
     RuleBasedStateMachine,
     consumes,
+    initialize,
     invariant,
     multiple,
     rule,
@@ -72,6 +73,10 @@ class Fleet(RuleBasedStateMachine):
         self.database.dispose()
         shutil.rmtree(self.folder)
 
+    @initialize(target=submitted)
+    def begin(self) -> UUID:
+        return factories.dataset(self.database, count=4, size=2).id
+
     @rule(target=submitted, shards_wanted=st.integers(1, 3))
     def submit(self, shards_wanted: int) -> UUID:
         return factories.dataset(self.database, count=2 * shards_wanted, size=2).id
@@ -88,6 +93,13 @@ class Fleet(RuleBasedStateMachine):
         worker = Worker(shard, owner, self.uploaded(shard))
         self.everybody.append(worker)
         return multiple(worker)
+
+    @rule(target=workers)
+    def take_over(self) -> MultipleResults[Worker]:
+        """Let every worker fall silent and another one come."""
+        self.every_worker_falls_silent()
+        self.time_passes()
+        return self.claim(None)
 
     @rule(worker=workers)
     def upload_late(self, worker: Worker) -> None:
