@@ -11,6 +11,7 @@ import httpx
 from pydantic import BaseModel, ConfigDict
 
 from hi5_common.cli.failures import ServiceUnreachable
+from hi5_common.cli.fetch.source import TransferBroken
 from hi5_common.domain.balance import Balance
 from hi5_common.domain.errors import InvalidInput, PermanentError, Problem, TransientError
 from hi5_common.domain.manifest import Manifest, ManifestShard, Progress
@@ -101,7 +102,10 @@ class Service:
         self._send("DELETE", f"/v1/datasets/{dataset_id}")
 
     def stream(self, address: str) -> Iterator[bytes]:
-        """Yield the body of an answer in pieces. Raises FileNotFoundError for a 404."""
+        """Yield the body of an answer in pieces.
+
+        Raises FileNotFoundError for a 404, TransferBroken when the body ends too early.
+        """
         try:
             with self._client.stream("GET", address) as answer:
                 if answer.status_code == httpx.codes.NOT_FOUND:
@@ -110,6 +114,8 @@ class Service:
                     answer.read()
                     raise _refusal(answer)
                 yield from answer.iter_bytes(_BLOCK_BYTES)
+        except (httpx.ReadError, httpx.RemoteProtocolError) as error:
+            raise TransferBroken from error
         except httpx.TransportError as error:
             raise ServiceUnreachable(self.url, _reason(error)) from error
 

@@ -1,13 +1,25 @@
 """Where words go: results to standard output, everything else to standard error."""
 
 import json
+import shutil
 import sys
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from rich.console import Console
 
 out = Console(soft_wrap=True, highlight=False)
 err = Console(stderr=True, soft_wrap=True, highlight=False)
+
+
+def own_name() -> str:
+    """Return how this command was called, for commands that a person may copy."""
+    called = Path(sys.argv[0])
+    if called.name != "hi5" or shutil.which("hi5") == str(called):
+        return "hi5"
+    here = Path.cwd()
+    return str(called.relative_to(here) if called.is_relative_to(here) else called)
+
 
 type Json = Mapping[str, Json] | Sequence[Json] | str | int | float | bool | None
 

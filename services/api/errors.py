@@ -11,6 +11,7 @@ from starlette.responses import Response
 
 from hi5_common.db import errors as db_errors
 from hi5_common.domain.errors import Hi5Error, InvalidInput, Problem, TransientError
+from hi5_common.storage.errors import ObjectMissing
 from services.api.problems import ApiError, problem_response
 
 log = logging.getLogger(__name__)
@@ -77,6 +78,10 @@ def _domain_error(error: Hi5Error) -> ApiError:
         case db_errors.DatabaseOutdated():
             log.error("database outdated", exc_info=error, extra={"action": "request"})
             return ApiError(503, "outdated", "The database is not set up", detail=str(error))
+        case ObjectMissing():
+            log.error("published object lost", exc_info=error, extra={"action": "request"})
+            detail = "A published file is no longer in the object store. `hi5 audit` names all."
+            return ApiError(404, "object-lost", "Published file lost", detail=detail)
         case _:
             return internal_error(error)
 

@@ -75,7 +75,7 @@ class Machine:
         with Service(self.url) as service:
             return service.manifest(dataset_id).progress
 
-    def audit(self, dataset_id: UUID) -> dict[str, Any]:
+    def audit(self, dataset_id: UUID | str) -> dict[str, Any]:
         document: dict[str, Any] = self.hi5("audit", str(dataset_id), "--json", check=False).json()
         return document
 

@@ -108,6 +108,6 @@ def _say_what_is_where(out: Path) -> None:
         f"{out / downloads.LABELS}, {out / downloads.BALANCE}"
     )
     console.out.print(
-        f"The dashboard with this dataset: hi5 up --data-dir {out / '.hi5'}, then open the "
-        "address it prints."
+        f"The dashboard with this dataset: {console.own_name()} up --data-dir {out / '.hi5'}, "
+        "then open the address it prints."
     )

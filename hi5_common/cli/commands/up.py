@@ -39,7 +39,7 @@ def _default_workers() -> int:
 def _greet(options: StackOptions) -> None:
     folder = _shown(options.data_dir)
     console.err.print(f"[bold]hi5 is up[/]: {options.url} ({options.workers} workers)")
-    console.err.print(f"  submit    hi5 submit spec.yaml --wait --url {options.url}")
+    console.err.print(f"  submit    {console.own_name()} submit SPEC --wait --url {options.url}")
     console.err.print(f"  logs      {folder}/logs")
     console.err.print("  stop      Ctrl-C")
 

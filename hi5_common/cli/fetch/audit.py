@@ -13,10 +13,10 @@ import pydantic
 
 from hi5_common.cli.fetch import verified
 from hi5_common.cli.fetch.shard_files import ShardFiles
-from hi5_common.cli.fetch.source import DatasetSource, ObjectGone
+from hi5_common.cli.fetch.source import DatasetSource, ObjectGone, TransferBroken
 from hi5_common.domain import tallies
 from hi5_common.domain.labels import ImageLabel
-from hi5_common.domain.manifest import ManifestShard
+from hi5_common.domain.manifest import ManifestObject, ManifestShard
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import ShardStatus
 from hi5_common.domain.spec import DatasetSpec, ImageFormat
@@ -120,12 +120,19 @@ def _fetch_findings(
 ) -> Iterator[Finding]:
     for item in shard.objects:
         try:
-            target = files.folder / item.name
-            verified.fetch(source.stream(shard, item), target, item, lambda _bytes: None)
-        except verified.WrongDownload as error:
+            _fetch(source, shard, item, files.folder / item.name)
+        except (verified.WrongDownload, TransferBroken) as error:
             yield Finding(Fault.WRONG_BYTES, shard.number, item.key, str(error))
         except ObjectGone as error:
             yield Finding(Fault.MISSING, shard.number, item.key, str(error))
+
+
+def _fetch(source: DatasetSource, shard: ManifestShard, item: ManifestObject, target: Path) -> None:
+    """Fetch an object, and once more: a network may fail where a store does not."""
+    try:
+        verified.fetch(source.stream(shard, item), target, item, lambda _bytes: None)
+    except (verified.WrongDownload, TransferBroken):
+        verified.fetch(source.stream(shard, item), target, item, lambda _bytes: None)
 
 
 def _content_findings(

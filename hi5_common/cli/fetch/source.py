@@ -5,7 +5,7 @@ from typing import Protocol
 from uuid import UUID
 
 from hi5_common.domain.balance import Balance
-from hi5_common.domain.errors import PermanentError
+from hi5_common.domain.errors import PermanentError, TransientError
 from hi5_common.domain.manifest import ManifestObject, ManifestShard
 from hi5_common.domain.records import DatasetStatus
 from hi5_common.domain.spec import DatasetSpec
@@ -13,6 +13,10 @@ from hi5_common.domain.spec import DatasetSpec
 
 class ObjectGone(PermanentError):
     """A row names an object that the store does not have."""
+
+
+class TransferBroken(TransientError):
+    """The transfer broke off in the middle of an object. Run the same command again."""
 
 
 class DatasetSource(Protocol):
@@ -31,7 +35,7 @@ class DatasetSource(Protocol):
         """Yield every shard in order."""
 
     def stream(self, shard: ManifestShard, item: ManifestObject) -> Iterator[bytes]:
-        """Yield a published object's bytes. Raises ObjectGone."""
+        """Yield a published object's bytes. Raises ObjectGone, TransferBroken."""
 
     def balance(self) -> Balance:
         """Return requested, planned and delivered counts."""

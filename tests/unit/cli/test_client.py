@@ -1,9 +1,11 @@
+from collections.abc import Iterator
 from uuid import UUID
 
 import httpx
 import pytest
 
 from hi5_common.cli.client import RequestRefused, Service, ServiceBusy
+from hi5_common.cli.fetch.source import TransferBroken
 from hi5_common.domain.errors import InvalidInput
 from hi5_common.domain.spec import parse_spec
 
@@ -86,6 +88,16 @@ def test_lists_are_followed_to_the_last_page() -> None:
     answers = Answers(page(1, "/v1/datasets?after=1"), page(2, None))
     assert [item.id.int for item in answers.service().datasets()] == [1, 2]
     assert answers.asked[1].url.query == b"after=1"
+
+
+def test_a_body_that_ends_too_early_is_told() -> None:
+    def broken() -> Iterator[bytes]:
+        yield b"some"
+        raise httpx.RemoteProtocolError("peer closed connection")
+
+    answers = Answers(httpx.Response(200, content=broken()))
+    with pytest.raises(TransferBroken):
+        list(answers.service().stream("/x"))
 
 
 def test_a_missing_object_is_a_missing_file() -> None:
