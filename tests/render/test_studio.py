@@ -139,7 +139,7 @@ def test_a_label_holds_together(hands: HandLibrary) -> None:
         assert label.box
         assert label.hand_box
         assert label.mask_area_px
-        assert 0.7 <= label.in_frame_share <= 1.0
+        assert 0.75 <= label.in_frame_share <= 1.0
         assert label.hand_box.x_px >= label.box.x_px
         assert label.hand_box.y_px >= label.box.y_px
         for point in label.keypoints:

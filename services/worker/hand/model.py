@@ -78,7 +78,7 @@ class HandModel:
         return replace(flipped, content_hash=content_hash(flipped))
 
 
-COMPILER_VERSION = "3"
+COMPILER_VERSION = "4"
 """Raised with every change that alters a compiled hand."""
 
 

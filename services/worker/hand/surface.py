@@ -83,3 +83,11 @@ def chord_centre(centre_m: F8, direction: F8, vertices_m: F8, faces: I4) -> F8:
     ahead, behind = ray_hits(centre_m, np.stack([way, -way]), vertices_m, faces)[:, 0]
     middle: F8 = centre_m + way * (ahead - behind) / 2.0
     return middle
+
+
+def vertex_areas_m2(vertices_m: F8, quads: I4) -> F8:
+    """Area (V,) of each vertex: a quarter of every quad that it is a corner of."""
+    corners = vertices_m[quads]
+    diagonals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    quarter = np.linalg.norm(diagonals, axis=1) / 8.0
+    return np.bincount(quads.ravel(), np.repeat(quarter, 4), minlength=len(vertices_m))

@@ -47,12 +47,11 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     cell = plan.cell(index)
     blend = draw_blend(cell.pose, factor_rng(spec.seed, index, "pose_blend"), MAX_BLEND)
     angles = blended_angles(blend)
-    model = hands.hand(cell.gender, cell.handedness).model
-    posed = posed_hand(model, angles)
-    hand = ViewedHand.of(posed.vertices_m, model.forearm, posed.keypoints_m)
+    hand = hands.hand(cell.gender, cell.handedness)
+    viewed = ViewedHand.of(hand, posed_hand(hand.model, angles))
     for attempt in range(MAX_VIEW_ATTEMPTS):
-        stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, hand.hand_m)
-        if view_will_do(camera, hand.placed(placed), stance):
+        stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, viewed.hand_m)
+        if view_will_do(camera, viewed.placed(placed), stance):
             break
     else:
         raise NoViewFound(f"Image {index}: none of {MAX_VIEW_ATTEMPTS} views shows the hand.")

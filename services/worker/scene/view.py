@@ -1,7 +1,7 @@
 """Where the camera stands: polar coordinates around the hand, and whether a view will do."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -9,10 +9,14 @@ import numpy.typing as npt
 
 from hi5_common.domain.spec import ImageRequest
 from hi5_common.domain.vocabulary import Viewpoint
+from services.worker.hand.skin import PosedHand
 from services.worker.scene.geometry import transformed
+from services.worker.scene.library import Hand
 from services.worker.scene.types import Array, Camera, Intrinsics, PolarView, Stance
 
 MAX_OUT_OF_FRAME = 0.25
+AREA_MARGIN = 0.015
+"""The control mesh judges views; the label measures the subdivided skin, a little differently."""
 MIN_DISTANCE_M = 0.08
 ALONG_FOREARM_DEG = 40.0
 INTO_FINGERTIPS_DEG = 20.0
@@ -95,25 +99,37 @@ def camera_at(view: PolarView, target_m: Array, lens: Intrinsics) -> Camera:
 @dataclass(frozen=True, eq=False)
 class ViewedHand:
     """What a view is judged by: skin of hand and forearm, the end where the forearm was cut off,
-    and the keypoints, (N, 3) each, metres.
+    and the keypoints, (N, 3) each, metres; and the skin area that each point of the hand has.
     """
 
     hand_m: Array
+    areas_m2: Array
     arm_m: Array
     cut_m: Array
     keypoints_m: Array
 
     @classmethod
-    def of(cls, skin_m: Array, is_forearm: npt.NDArray[np.bool_], keypoints_m: Array) -> Self:
-        """Sort the skin (V, 3) of a hand in its elbow frame, whose forearm lies along -y."""
-        arm_m = skin_m[is_forearm]
-        cut_m = arm_m[arm_m[:, 1] < arm_m[:, 1].min() + CUT_LENGTH_M]
-        return cls(skin_m[~is_forearm], arm_m, cut_m, keypoints_m)
+    def of(cls, hand: Hand, posed: PosedHand) -> Self:
+        """Sort the skin of a hand posed in its elbow frame, whose forearm lies along -y."""
+        is_forearm = hand.model.forearm
+        arm_m = posed.vertices_m[is_forearm]
+        return cls(
+            hand_m=posed.vertices_m[~is_forearm],
+            areas_m2=hand.areas_m2[~is_forearm],
+            arm_m=arm_m,
+            cut_m=arm_m[arm_m[:, 1] < arm_m[:, 1].min() + CUT_LENGTH_M],
+            keypoints_m=posed.keypoints_m,
+        )
 
     def placed(self, matrix: Array) -> Self:
         """Return the same hand moved by a (4, 4) transform."""
-        parts = (self.hand_m, self.arm_m, self.cut_m, self.keypoints_m)
-        return type(self)(*(transformed(matrix, part) for part in parts))
+        names = ("hand_m", "arm_m", "cut_m", "keypoints_m")
+        return replace(self, **{name: transformed(matrix, getattr(self, name)) for name in names})
+
+    def in_frame_share(self, camera: Camera) -> float:
+        """Return how much of the hand is in the frame: the lesser of its skin and its keypoints."""
+        skin = float(self.areas_m2[in_frame(camera, self.hand_m)].sum() / self.areas_m2.sum())
+        return min(skin, float(in_frame(camera, self.keypoints_m).mean()))
 
 
 def view_will_do(camera: Camera, hand: ViewedHand, stance: Stance) -> bool:
@@ -123,24 +139,26 @@ def view_will_do(camera: Camera, hand: ViewedHand, stance: Stance) -> bool:
     everything_m = np.concatenate([hand.hand_m, hand.arm_m])
     if transformed(camera.world_to_camera, everything_m)[:, 2].min() < 0:
         return False
-    least = min(in_frame_share(camera, points) for points in (hand.hand_m, hand.keypoints_m))
-    if least < 1.0 - MAX_OUT_OF_FRAME or in_frame_share(camera, hand.cut_m) > 0.0:
+    if hand.in_frame_share(camera) < 1.0 - MAX_OUT_OF_FRAME + AREA_MARGIN:
+        return False
+    if in_frame(camera, hand.cut_m).any():
         return False
     distances_m = np.linalg.norm(everything_m - camera_position(camera), axis=1)
     return bool(distances_m.min() >= MIN_DISTANCE_M) and not _end_on(camera, hand.hand_m, stance)
 
 
-def in_frame_share(camera: Camera, points_m: Array) -> float:
-    """Return the share of points (N, 3) that lie in front of the camera and inside the frame."""
+def in_frame(camera: Camera, points_m: Array) -> npt.NDArray[np.bool_]:
+    """Tell which points (N, 3) lie in front of the camera and inside the frame: (N,)."""
     lens = camera.intrinsics
     in_camera = transformed(camera.world_to_camera, points_m)
-    depth = in_camera[:, 2]
-    ahead = depth > 0
-    safe = np.where(ahead, depth, 1.0)
-    x = lens.fx_px * in_camera[:, 0] / safe + lens.cx_px
-    y = lens.fy_px * in_camera[:, 1] / safe + lens.cy_px
-    inside = (x >= 0) & (x < lens.width_px) & (y >= 0) & (y < lens.height_px)
-    return float(np.mean(ahead & inside))
+    ahead = in_camera[:, 2] > 0
+    depth = np.where(ahead, in_camera[:, 2], 1.0)
+    x = lens.fx_px * in_camera[:, 0] / depth + lens.cx_px
+    y = lens.fy_px * in_camera[:, 1] / depth + lens.cy_px
+    inside: npt.NDArray[np.bool_] = (
+        ahead & (x >= 0) & (x < lens.width_px) & (y >= 0) & (y < lens.height_px)
+    )
+    return inside
 
 
 def _end_on(camera: Camera, hand_m: Array, stance: Stance) -> bool:
