@@ -34,10 +34,7 @@ def of_dataset(session: Session, dataset_id: UUID, limit: int, after: int = 0) -
         .order_by(EventRow.id)
         .limit(limit)
     )
-    return [
-        Event(r.at, r.dataset_id, r.shard_number, r.attempt, r.kind, r.owner, r.detail)
-        for r in rows
-    ]
+    return [_event(row) for row in rows]
 
 
 def of_latest(session: Session, dataset_id: UUID, limit: int) -> list[Event]:
@@ -48,10 +45,7 @@ def of_latest(session: Session, dataset_id: UUID, limit: int) -> list[Event]:
         .order_by(EventRow.id.desc())
         .limit(limit)
     )
-    return [
-        Event(r.at, r.dataset_id, r.shard_number, r.attempt, r.kind, r.owner, r.detail)
-        for r in rows
-    ]
+    return [_event(row) for row in rows]
 
 
 def record_dataset(session: Session, dataset_id: UUID, kind: DatasetEvent) -> None:
@@ -85,3 +79,15 @@ def record_shards(
                 ).where(chosen),
             )
         )
+
+
+def _event(row: EventRow) -> Event:
+    return Event(
+        row.at,
+        row.dataset_id,
+        row.shard_number,
+        row.attempt,
+        row.kind,
+        row.owner,
+        row.detail,
+    )

@@ -13,6 +13,7 @@ class FailureKind(StrEnum):
 
     LEASE_EXPIRED = "lease_expired"
     CHILD_START = "child_start"
+    WORKER = "worker"
     IMAGE = "image"
     STORE = "store"
     WRONG_BYTES = "wrong_bytes"
@@ -20,7 +21,8 @@ class FailureKind(StrEnum):
 
 
 PERMANENT = frozenset({FailureKind.IMAGE})
-"""An image is a pure function of its index: what failed three times fails for ever."""
+"""An image is a pure function of its index: what failed three times, where others succeeded, fails
+for ever. Where nothing succeeds the machine is to blame (WORKER), and another one may try."""
 
 
 @dataclass(frozen=True)

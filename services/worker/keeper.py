@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from hi5_common.db import shards, upkeep
 from hi5_common.db.engine import Database, open_database
@@ -109,7 +109,7 @@ class Duty:
     every_s: float
     act: Callable[[], int]
     due_s: float = 0.0
-    healthy: bool = field(default=True)
+    healthy: bool = True
 
     def run(self) -> None:
         """Do it and note whether it went well; what fails is tried again at the next turn."""

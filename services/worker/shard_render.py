@@ -65,14 +65,17 @@ class ShardRender:
         """Render every image of the job; return them in order of their index.
 
         A crash or a hang costs the image in flight. Raises AttemptFailed when an image has
-        brought down TRIES_PER_IMAGE children, or that many would not even start.
+        failed TRIES_PER_IMAGE times, when that many images failed and none succeeded, or when
+        that many children would not even start.
         """
         while remaining := self._remaining():
             self._run_child(remaining)
         return [self.done[index] for index in sorted(self.done)]
 
     def _remaining(self) -> tuple[int, ...]:
-        return tuple(index for index in self.job.indices if index not in self.done)
+        # What failed comes last: its last try is then alone in a fresh child.
+        left = (index for index in self.job.indices if index not in self.done)
+        return tuple(sorted(left, key=lambda index: self.tries.get(index, 0)))
 
     def _run_child(self, indices: tuple[int, ...]) -> None:
         child = RenderProcess(replace(self.job, indices=indices), self.folder, self.command)
@@ -111,6 +114,9 @@ class ShardRender:
         if self.tries[index] >= TRIES_PER_IMAGE:
             message = f"image {index} failed {TRIES_PER_IMAGE} times: {reason}"
             raise AttemptFailed(FailureKind.IMAGE, message)
+        if not self.done and len(self.tries) >= TRIES_PER_IMAGE:
+            message = f"images {sorted(self.tries)} failed here and none succeeded: {reason}"
+            raise AttemptFailed(FailureKind.WORKER, message)
 
     def blame_start(self, reason: str) -> None:
         """Count a child that ended before it was ready."""

@@ -38,6 +38,8 @@ def main() -> None:
 
 
 def _misbehave(fault: str, argument: str, index: int, out_dir: Path) -> None:
+    if fault == "crash_everywhere":
+        os.kill(os.getpid(), signal.SIGSEGV)
     if not argument.isdigit() or index != int(argument):
         return
     match fault:

@@ -68,7 +68,13 @@ def test_an_image_that_always_crashes_fails_with_its_index(tmp_path: Path) -> No
     with pytest.raises(AttemptFailed, match=r"image 3 failed 3 times: killed by SIGSEGV") as caught:
         render.run()
     assert caught.value.kind is FailureKind.IMAGE
-    assert sorted(render.done) == [0, 1, 2]
+    assert sorted(render.done) == [0, 1, 2, 4]
+
+
+def test_a_machine_where_nothing_succeeds_is_to_blame_itself(tmp_path: Path) -> None:
+    with pytest.raises(AttemptFailed, match=r"\[0, 1, 2\] failed here") as caught:
+        Attempt(tmp_path, ("crash_everywhere",)).render().run()
+    assert caught.value.kind is FailureKind.WORKER
 
 
 def test_a_child_that_will_not_start_fails_with_its_log(tmp_path: Path) -> None:
