@@ -11,7 +11,7 @@ import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
@@ -28,6 +28,7 @@ from services.worker.sample import Studio
 from services.worker.studio import open_studio
 
 FAILED, WRONG_INPUT = 1, 2
+LOG_NAME = "render.log"
 
 
 @dataclass
@@ -54,10 +55,10 @@ class Tally:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code."""
     asked = _parser().parse_args(arguments)
-    say = _keep_stdout_for_the_answer()
     try:
         spec = _read_spec(asked.spec)
         indices = _indices(spec, asked.index)
+        answer = _send_blenders_talk_to(asked.out / LOG_NAME)
         settings = Settings()
         renderer = RendererName(asked.renderer or settings.renderer)
         studio = open_studio(renderer, settings.render_threads, settings.cache_dir)
@@ -66,19 +67,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)  # noqa: T201  a command's own voice
         return WRONG_INPUT if isinstance(error, InvalidInput) else FAILED
     summary = tally.summary(asked.out)
-    say.write(json.dumps(summary) + "\n" if asked.json else _in_words(summary))
-    say.flush()
+    answer.write(json.dumps(summary) + "\n" if asked.json else _in_words(summary))
+    answer.flush()
     return FAILED if tally.failures else 0
 
 
-def render_all(studio: Studio, spec: DatasetSpec, indices: Iterable[int], out: Path) -> Tally:
+def render_all(studio: Studio, spec: DatasetSpec, indices: Sequence[int], out: Path) -> Tally:
     """Render images into `out`/images and write their labels as Parquet and COCO files."""
     plan = Plan.of(spec)
     images = out / "images"
     images.mkdir(parents=True, exist_ok=True)
     tally = Tally()
-    for index in indices:
+    for number, index in enumerate(indices, start=1):
         _render_one(studio, spec, plan, index, images, tally)
+        print(f"\r{number}/{len(indices)} ", end="", file=sys.stderr, flush=True)  # noqa: T201
+    print(file=sys.stderr)  # noqa: T201
     write_label_table(out / "labels.parquet", tally.labels)
     (out / "spec.json").write_text(spec.canonical_json() + "\n", "utf-8")
     write_coco(out / "coco.json", tally.labels, spec, image_dir_name="images")
@@ -127,11 +130,17 @@ def _indices(spec: DatasetSpec, only: int | None) -> range:
     return range(only, only + 1)
 
 
-def _keep_stdout_for_the_answer() -> TextIO:
-    """Send everything Blender prints to standard error; return the real standard output."""
+def _send_blenders_talk_to(log: Path) -> TextIO:
+    """Send what libraries write to descriptors 1 and 2 to a file; return the real standard output.
+
+    Python's own sys.stderr keeps its way to the user.
+    """
+    log.parent.mkdir(parents=True, exist_ok=True)
     answer = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    sys.stdout.flush()
-    os.dup2(2, 1)
+    sys.stderr = os.fdopen(os.dup(2), "w", encoding="utf-8", buffering=1)
+    with log.open("wb") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
     return answer
 
 
