@@ -60,6 +60,7 @@ def _announce_drain_flag(**_: object) -> None:
 def _raise_drain_flag(**_: object) -> None:
     path = os.environ.get(drain.VARIABLE)
     if path:
+        Path(path).parent.mkdir(exist_ok=True)  # somebody may have tidied the temporary folder
         Path(path).touch()
 
 

@@ -123,7 +123,8 @@ def environment(settings: Settings) -> dict[str, str]:
         for name, value in settings.model_dump(mode="json").items()
         if value is not None
     }
-    return {name: os.environ[name] for name in ("PATH", "HOME")} | own
+    outer = {name: os.environ[name] for name in ("PATH", "HOME")}
+    return outer | own | {"TMPDIR": str(settings.data_dir)}  # what a kill leaves behind goes too
 
 
 def wait_until(condition: Callable[[], bool], explain: Callable[[], str]) -> None:
