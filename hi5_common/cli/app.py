@@ -2,6 +2,7 @@
 
 import sys
 
+import pydantic
 import typer
 
 from hi5_common.cli import failures
@@ -60,5 +61,9 @@ def main() -> None:
         app()
     except Hi5Error as error:
         sys.exit(failures.report(error))
+    except pydantic.ValidationError as error:
+        sys.exit(failures.report(failures.wrong_settings(error)))
     except BrokenPipeError:  # `hi5 plan --cells | head` is no error
         sys.exit(failures.quiet_pipe())
+    except OSError as error:  # a folder that cannot be written, a disk that is full
+        sys.exit(failures.report(failures.wrong_file(error)))

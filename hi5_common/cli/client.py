@@ -32,7 +32,7 @@ class ServiceBusy(TransientError):
 
 
 class DatasetLine(BaseModel):
-    """A dataset in a list; the service says more."""
+    """What it is called and how far it is; the service says more."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
     id: UUID
@@ -71,6 +71,10 @@ class Service:
             page = self._json("GET", address)
             yield from map(DatasetLine.model_validate, page["items"])
             address = page.get("next")
+
+    def dataset(self, dataset_id: UUID) -> DatasetLine:
+        """Return how far a dataset is."""
+        return DatasetLine.model_validate(self._json("GET", f"/v1/datasets/{dataset_id}"))
 
     def manifest(self, dataset_id: UUID) -> Manifest:
         """Return the first page of the manifest."""

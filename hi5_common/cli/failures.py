@@ -4,10 +4,13 @@ import os
 import sys
 from enum import IntEnum
 
+import pydantic
+from pydantic_core import ErrorDetails
 from rich.markup import escape
 
 from hi5_common.cli import console
 from hi5_common.domain.errors import Hi5Error, InvalidInput, Problem, TransientError
+from hi5_common.settings import PREFIX, Settings
 
 
 class ExitCode(IntEnum):
@@ -44,10 +47,31 @@ def report(error: Hi5Error) -> int:
     return ExitCode.OUTCOME if isinstance(error, OutcomeError) else ExitCode.USAGE
 
 
+def wrong_settings(error: pydantic.ValidationError) -> InvalidInput:
+    """Translate what is wrong with an HI5_* variable; anything else is a fault of ours."""
+    if error.title != Settings.__name__:
+        raise error
+    return InvalidInput([_wrong_setting(detail) for detail in error.errors(include_url=False)])
+
+
+def wrong_file(error: OSError) -> InvalidInput:
+    """Translate what the system says of a file or folder; anything else is a fault of ours."""
+    if error.filename is None:
+        raise error
+    reason = error.strerror or type(error).__name__
+    return InvalidInput([Problem("file", str(error.filename), f"{reason}: name another.")])
+
+
 def quiet_pipe() -> int:
     """Keep Python from complaining about a closed pipe at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
+
+
+def _wrong_setting(detail: ErrorDetails) -> Problem:
+    names = [f"{PREFIX}{str(part).upper()}" for part in detail["loc"]]
+    value = detail["input"] if names else None
+    return Problem(".".join(names) or "settings", value, f"{detail['msg']}.")
 
 
 def _print_problem(problem: Problem) -> None:

@@ -7,13 +7,14 @@ from uuid import UUID
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from hi5_common.cli import console
-from hi5_common.cli.client import Service
+from hi5_common.cli.client import DatasetLine, Service
 from hi5_common.cli.console import Json
 from hi5_common.cli.failures import OutcomeError
-from hi5_common.domain.manifest import Manifest
+from hi5_common.domain.errors import TransientError
 from hi5_common.domain.records import DatasetStatus, ShardStatus
 
 POLL_S = 0.5
+PATIENCE_S = 30.0
 QUIET_S = 10.0
 """How often a line is printed where no live bar can be drawn."""
 
@@ -24,48 +25,57 @@ class DatasetNotComplete(OutcomeError):
     """The dataset is settled without all of its images."""
 
 
-def updates(service: Service, dataset_id: UUID) -> Iterator[Manifest]:
-    """Yield the manifest's first page until the dataset is settled; the settled one is the last."""
+def updates(service: Service, dataset_id: UUID) -> Iterator[DatasetLine]:
+    """Yield how far a dataset is until it is settled; the settled state is the last.
+
+    A service that is away for less than PATIENCE_S, say because it restarts, is waited for.
+    """
+    answered_s = time.monotonic()
+    dataset = service.dataset(dataset_id)
     while True:
-        manifest = service.manifest(dataset_id)
-        yield manifest
-        if manifest.status in SETTLED:
+        yield dataset
+        if dataset.status in SETTLED:
             return
         time.sleep(POLL_S)
+        try:
+            dataset = service.dataset(dataset_id)
+            answered_s = time.monotonic()
+        except TransientError:
+            if time.monotonic() - answered_s > PATIENCE_S:
+                raise
 
 
-def follow(service: Service, dataset_id: UUID) -> Manifest:
-    """Show progress, rate and time left until the dataset is settled; return its manifest."""
+def follow(service: Service, dataset_id: UUID) -> DatasetLine:
+    """Show progress, rate and time left until the dataset is settled; return its state."""
     if console.err.is_terminal:
         return _follow_with_bar(service, dataset_id)
     return _follow_with_lines(service, dataset_id)
 
 
-def require_complete(service: Service, manifest: Manifest) -> None:
+def require_complete(service: Service, dataset: DatasetLine) -> None:
     """Raise DatasetNotComplete with the failed shards' reasons unless every image is there."""
-    if manifest.status is DatasetStatus.COMPLETE:
+    if dataset.status is DatasetStatus.COMPLETE:
         return
     reasons = {
         shard.failure_reason or "unknown"
-        for shard in service.shards(manifest.dataset_id)
+        for shard in service.shards(dataset.id)
         if shard.status is ShardStatus.FAILED
     }
     why = f" Failed shards say: {', '.join(sorted(reasons))}." if reasons else ""
-    remedy = f" Try again with `hi5 retry {manifest.dataset_id}`." if reasons else ""
-    done, count = manifest.progress.done, manifest.progress.count
+    remedy = f" Try again with `hi5 retry {dataset.id}`." if reasons else ""
+    done, count = dataset.progress.done, dataset.progress.count
     raise DatasetNotComplete(
-        f"Dataset {manifest.dataset_id} is {manifest.status}: "
-        f"{done} of {count} images.{why}{remedy}"
+        f"Dataset {dataset.id} is {dataset.status}: {done} of {count} images.{why}{remedy}"
     )
 
 
-def progress_json(manifest: Manifest) -> dict[str, Json]:
+def progress_json(dataset: DatasetLine) -> dict[str, Json]:
     """Return the progress as plain data for scripts."""
-    progress = manifest.progress.model_dump(mode="json")
-    return {"id": str(manifest.dataset_id), "status": manifest.status.value, "progress": progress}
+    progress = dataset.progress.model_dump(mode="json")
+    return {"id": str(dataset.id), "status": dataset.status.value, "progress": progress}
 
 
-def _follow_with_bar(service: Service, dataset_id: UUID) -> Manifest:
+def _follow_with_bar(service: Service, dataset_id: UUID) -> DatasetLine:
     columns = (
         TextColumn("{task.fields[status]}"),
         BarColumn(),
@@ -76,32 +86,32 @@ def _follow_with_bar(service: Service, dataset_id: UUID) -> Manifest:
     pace = Pace(time.monotonic())
     with Progress(*columns, console=console.err) as bar:
         task = bar.add_task("images", total=None, status="…", pace="")
-        for manifest in updates(service, dataset_id):
-            seen = _rendered(manifest)
+        for dataset in updates(service, dataset_id):
+            seen = _rendered(dataset)
             pace.observe(time.monotonic(), seen)
             bar.update(
                 task,
-                total=manifest.progress.count,
+                total=dataset.progress.count,
                 completed=seen,
-                status=manifest.status.value,
-                pace=pace.words(manifest.progress.count),
+                status=dataset.status.value,
+                pace=pace.words(dataset.progress.count),
             )
-    return manifest
+    return dataset
 
 
-def _follow_with_lines(service: Service, dataset_id: UUID) -> Manifest:
+def _follow_with_lines(service: Service, dataset_id: UUID) -> DatasetLine:
     pace, next_line_s = Pace(time.monotonic()), 0.0
-    for manifest in updates(service, dataset_id):
-        now_s, seen, count = time.monotonic(), _rendered(manifest), manifest.progress.count
+    for dataset in updates(service, dataset_id):
+        now_s, seen, count = time.monotonic(), _rendered(dataset), dataset.progress.count
         pace.observe(now_s, seen)
-        if now_s >= next_line_s or manifest.status in SETTLED:
-            console.err.print(f"{manifest.status.value} {seen}/{count} {pace.words(count)}")
+        if now_s >= next_line_s or dataset.status in SETTLED:
+            console.err.print(f"{dataset.status.value} {seen}/{count} {pace.words(count)}")
             next_line_s = now_s + QUIET_S
-    return manifest
+    return dataset
 
 
-def _rendered(manifest: Manifest) -> int:
-    return manifest.progress.done + manifest.progress.in_progress
+def _rendered(dataset: DatasetLine) -> int:
+    return dataset.progress.done + dataset.progress.in_progress
 
 
 class Pace:

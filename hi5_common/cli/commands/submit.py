@@ -26,8 +26,8 @@ def submit(
         dataset_id = service.submit(spec, idempotency_key)
         if not as_json:
             console.out.print(str(dataset_id))
-        manifest = following.follow(service, dataset_id) if wait else service.manifest(dataset_id)
+        dataset = following.follow(service, dataset_id) if wait else service.dataset(dataset_id)
         if as_json:
-            console.write_json(following.progress_json(manifest))
+            console.write_json(following.progress_json(dataset))
         if wait:
-            following.require_complete(service, manifest)
+            following.require_complete(service, dataset)

@@ -27,10 +27,10 @@ def watch(
             following.require_complete(service, following.follow(service, wanted))
             return
         last = None
-        for manifest in following.updates(service, wanted):
-            line = json.dumps(following.progress_json(manifest))
+        for state in following.updates(service, wanted):
+            line = json.dumps(following.progress_json(state))
             if line != last:
                 sys.stdout.write(f"{line}\n")
                 sys.stdout.flush()
             last = line
-        following.require_complete(service, manifest)
+        following.require_complete(service, state)

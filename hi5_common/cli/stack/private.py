@@ -9,15 +9,15 @@ from pathlib import Path
 from hi5_common.cli.stack import connection
 from hi5_common.cli.stack.child import Child, ChildCommand, log_tail, python_module
 from hi5_common.cli.stack.supervisor import POLL_S
-from hi5_common.domain.errors import PermanentError
+from hi5_common.domain.errors import PermanentError, TransientError
 from hi5_common.settings import RendererName
 
 
-class StackDidNotStart(PermanentError):
-    """`hi5 up` ended before it was ready."""
+class StackEnded(PermanentError):
+    """`hi5 up` ended before it was asked to."""
 
     def __init__(self, log: Path) -> None:
-        super().__init__(f"`hi5 up` ended before it was ready. Its log {log} says:\n{_end(log)}")
+        super().__init__(f"`hi5 up` ended by itself. Its log {log} says:\n{log_tail(log, 20)}")
 
 
 @contextmanager
@@ -38,6 +38,10 @@ def running_stack(data_dir: Path, *, workers: int, renderer: RendererName) -> It
     child = Child.start(ChildCommand("up", arguments, 0), log, os.environ)
     try:
         yield _url(child, data_dir)
+    except TransientError as error:
+        if child.exit_code() is not None:
+            raise StackEnded(log) from error
+        raise
     finally:
         child.ask_to_end()
         child.process.wait()
@@ -48,8 +52,4 @@ def _url(child: Child, data_dir: Path) -> str:
         if found := connection.find(data_dir):
             return found.url
         time.sleep(POLL_S)
-    raise StackDidNotStart(child.log)
-
-
-def _end(log: Path) -> str:
-    return log_tail(log, 20)
+    raise StackEnded(child.log)

@@ -13,7 +13,6 @@ from hi5_common.cli.stack.ports import free_port
 from hi5_common.cli.stack.processes import StackOptions, environment, service_commands
 from hi5_common.cli.stack.signals import StopRequests
 from hi5_common.cli.stack.supervisor import POLL_S, Supervisor, Tell
-from hi5_common.db import migrate
 
 READY_PATH = "/readyz"
 
@@ -24,6 +23,8 @@ def run(options: StackOptions, tell: Tell, ready: Callable[[], None]) -> None:
     `ready` is called once the API answers. A second signal kills what has not ended. Raises
     ProcessKeepsDying when a process cannot be kept up; nothing is left running either way.
     """
+    from hi5_common.db import migrate  # half a second that no other command should wait
+
     leash.adopt_orphans()
     logs = options.data_dir / "logs"
     logs.mkdir(parents=True, exist_ok=True)

@@ -63,3 +63,26 @@ def test_the_connection_of_a_dead_process_counts_as_none(hi5: Command, tmp_path:
     no_process = 2**22 + 1  # above the kernel's largest pid
     with announced(tmp_path, Connection(CLOSED, no_process)):
         assert "No `hi5 up` runs" in hi5("list", "--data-dir", tmp_path).err
+
+
+def test_a_wrong_variable_is_named(hi5: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HI5_LEASE_S", "soon")
+    finished = hi5("list")
+    assert finished.code == 2
+    assert "HI5_LEASE_S: soon" in finished.err
+
+
+def test_variables_that_do_not_fit_together_are_told(
+    hi5: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HI5_RENEW_S", "60")
+    finished = hi5("list")
+    assert finished.code == 2
+    assert "lower HI5_RENEW_S" in finished.err
+
+
+def test_a_folder_that_cannot_be_made_is_named(hi5: Command, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    finished = hi5("up", "--data-dir", tmp_path / "file", "--port", "0")
+    assert finished.code == 2
+    assert str(tmp_path / "file") in finished.err
