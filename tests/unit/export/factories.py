@@ -39,7 +39,7 @@ def keypoints(*first: KeypointVisibility) -> tuple[Keypoint, ...]:
 
 
 def label(index: int = 0, **changes: object) -> ImageLabel:
-    """Return a label of a 64×48 image whose mask is the 6×4 block at x 2, y 1."""
+    """Return a label of a 64×48 image: hand 5×4 at x 2, y 1; hand and forearm 6×4."""
     whole = ImageLabel(
         index=index,
         file_name=f"{index:09d}.jpg",
@@ -54,7 +54,7 @@ def label(index: int = 0, **changes: object) -> ImageLabel:
         box=Box(x_px=2, y_px=1, width_px=6, height_px=4),
         hand_box=Box(x_px=2, y_px=1, width_px=5, height_px=4),
         mask=block_mask(48, 64, top=1, left=2, height=4, width=6),
-        mask_area_px=24,
+        hand_mask=block_mask(48, 64, top=1, left=2, height=4, width=5),
         in_frame_share=0.875,
         scene={"pose": {"source": "rocker", "t": 0.1 + 0.2}, "versions": {"hi5": "0.1.0"}},
     )
@@ -69,4 +69,5 @@ def block_mask(rows: int, columns: int, *, top: int, left: int, height: int, wid
     pixels = np.zeros((rows, columns), np.uint8, order="F")
     pixels[top : top + height, left : left + width] = 1
     encoded = coco_mask.encode(pixels)
-    return Mask(size=(rows, columns), counts=encoded["counts"].decode("ascii"))
+    counts = encoded["counts"].decode("ascii")
+    return Mask(size=(rows, columns), counts=counts, area_px=height * width)

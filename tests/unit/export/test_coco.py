@@ -32,9 +32,12 @@ def test_pycocotools_loads_it_and_decodes_the_mask(tmp_path: Path) -> None:
     (annotation,) = coco.loadAnns(coco.getAnnIds(imgIds=2))
     mask = coco.annToMask(annotation)
     expected = np.zeros((48, 64), np.uint8)
-    expected[1:5, 2:8] = 1
+    expected[1:5, 2:7] = 1
     assert np.array_equal(mask, expected)
     assert annotation["area"] == mask.sum()
+    expected[1:5, 7] = 1
+    with_forearm = annotation["hi5"]["segmentation_with_forearm"]
+    assert np.array_equal(coco.annToMask(annotation | {"segmentation": with_forearm}), expected)
 
 
 def test_points_out_of_sight_are_zero_and_hidden_ones_are_one(tmp_path: Path) -> None:
@@ -76,9 +79,31 @@ def test_the_skeleton_is_one_based_and_reaches_every_point(tmp_path: Path) -> No
 
 
 def test_labels_not_asked_for_are_left_out(tmp_path: Path) -> None:
-    bare = factories.label(keypoints=None, box=None, hand_box=None, mask=None, mask_area_px=None)
+    bare = factories.label(keypoints=None, box=None, hand_box=None, mask=None, hand_mask=None)
     (annotation,) = written(tmp_path, bare)["annotations"]
     assert not {"keypoints", "num_keypoints", "bbox", "segmentation", "area"} & set(annotation)
+
+
+def test_without_masks_the_area_is_a_share_of_the_box(tmp_path: Path) -> None:
+    boxed = factories.label(mask=None, hand_mask=None)
+    (annotation,) = written(tmp_path, boxed)["annotations"]
+    assert annotation["area"] == pytest.approx(0.53 * 5 * 4)
+    assert "segmentation" not in annotation
+
+
+def test_without_boxes_the_points_in_the_frame_make_one(tmp_path: Path) -> None:
+    points = factories.keypoints(BEHIND, OUTSIDE, HIDDEN)
+    only_points = factories.label(
+        box=None, hand_box=None, mask=None, hand_mask=None, keypoints=points
+    )
+    (annotation,) = written(tmp_path, only_points)["annotations"]
+    seen = [point.image_px for point in points[2:] if point.image_px]
+    left, top, width, height = annotation["bbox"]
+    assert left == pytest.approx(min(x for x, _ in seen), abs=0.001)
+    assert top == pytest.approx(min(y for _, y in seen), abs=0.001)
+    assert left + width == pytest.approx(max(x for x, _ in seen), abs=0.002)
+    assert top + height == pytest.approx(max(y for _, y in seen), abs=0.002)
+    assert annotation["area"] > 0
 
 
 def test_the_box_is_the_hands_and_the_file_name_has_its_folder(tmp_path: Path) -> None:

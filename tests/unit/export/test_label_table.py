@@ -20,7 +20,7 @@ from tests.unit.export.factories import BEHIND, HIDDEN, OUTSIDE
 def test_labels_come_back_exactly(tmp_path: Path) -> None:
     labels = [
         factories.label(7, keypoints=factories.keypoints(BEHIND, OUTSIDE, HIDDEN)),
-        factories.label(8, keypoints=None, box=None, hand_box=None, mask=None, mask_area_px=None),
+        factories.label(8, keypoints=None, box=None, hand_box=None, mask=None, hand_mask=None),
         factories.label(
             9, in_frame_share=0.1 + 0.2, scene={"z": [1, {"a": None}], "ä": "ü", "b": 1}
         ),
