@@ -42,10 +42,11 @@ class Keypoint(Frozen):
 
 
 class Mask(Frozen):
-    """COCO compressed run-length encoding (column-major counts) of the hand and forearm."""
+    """COCO compressed run-length encoding (column-major counts); size is (height, width)."""
 
     size: tuple[int, int]
     counts: str
+    area_px: int
 
 
 class Box(Frozen):
@@ -65,7 +66,11 @@ class CameraLabel(Frozen):
 
 
 class ImageLabel(Frozen):
-    """The whole label of image `index`. A kind of label that was not asked for is None."""
+    """The whole label of image `index`. A kind of label that was not asked for is None.
+
+    box and mask are of everything rendered, hand and forearm; hand_box and hand_mask end at the
+    wrist. Boxes are of the surface, hidden or not; masks of what shows.
+    """
 
     index: int
     file_name: str
@@ -77,7 +82,7 @@ class ImageLabel(Frozen):
     box: Box | None
     hand_box: Box | None
     mask: Mask | None
-    mask_area_px: int | None
+    hand_mask: Mask | None
     in_frame_share: float
     scene: dict[str, Any]
     """The resolved scene: pose pair and t, joint angles, light, skin, render settings, versions."""

@@ -13,7 +13,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import IO, Any
 
-from hi5_common.domain.labels import Box, ImageLabel, Keypoint
+from hi5_common.domain.labels import Box, ImageLabel, Keypoint, Mask
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.vocabulary import (
     KEYPOINTS,
@@ -25,6 +25,8 @@ from hi5_common.domain.vocabulary import (
 from hi5_common.version import hi5_version
 
 CATEGORY_IDS = {Handedness.RIGHT: 1, Handedness.LEFT: 2}
+HAND_SHARE_OF_BOX = 0.53
+"""What mmpose takes a box's area times when a label has no area."""
 _OUT_OF_SIGHT = (KeypointVisibility.OUT_OF_FRAME, KeypointVisibility.BEHIND_CAMERA)
 
 
@@ -120,8 +122,7 @@ def _annotation(label: ImageLabel, occluded: OccludedPoints) -> dict[str, Any]:
         "category_id": CATEGORY_IDS[Handedness(label.attributes[Attribute.HANDEDNESS])],
         "iscrowd": 0,
         **_keypoint_fields(label, occluded),
-        **_box_fields(label),
-        **_mask_fields(label),
+        **_extent_fields(label),
         "attributes": {name.value: value for name, value in label.attributes.items()},
         "hi5": _beyond_coco(label),
     }
@@ -147,22 +148,44 @@ def _triplet(point: Keypoint, occluded: OccludedPoints) -> tuple[float, float, i
     return round(x_px, 3), round(y_px, 3), 1 if hidden else 2
 
 
-def _box_fields(label: ImageLabel) -> dict[str, Any]:
-    """The box of the hand without its forearm: trainers crop around it."""
-    return {} if label.hand_box is None else {"bbox": _xywh(label.hand_box)}
+def _extent_fields(label: ImageLabel) -> dict[str, Any]:
+    """Box, mask and area of the hand without its forearm: trainers crop around it.
+
+    Trainers refuse an annotation without a box or an area. What was not asked for is filled in as
+    mmpose does: the box around the points in the frame, and a share of the box's area.
+    """
+    box = label.hand_box or _box_of_points(label)
+    fields: dict[str, Any] = {} if box is None else {"bbox": _xywh(box)}
+    if label.hand_mask is not None:
+        return fields | {"segmentation": _rle(label.hand_mask), "area": label.hand_mask.area_px}
+    if box is not None:
+        fields["area"] = round(HAND_SHARE_OF_BOX * box.width_px * box.height_px, 3)
+    return fields
 
 
-def _mask_fields(label: ImageLabel) -> dict[str, Any]:
-    if label.mask is None:
-        return {}
-    rle = {"size": list(label.mask.size), "counts": label.mask.counts}
-    return {"segmentation": rle, "area": label.mask_area_px}
+def _box_of_points(label: ImageLabel) -> Box | None:
+    inside = [
+        point.image_px
+        for point in label.keypoints or ()
+        if point.visibility not in _OUT_OF_SIGHT and point.image_px is not None
+    ]
+    if not inside:
+        return None
+    left, top = (min(column) for column in zip(*inside, strict=True))
+    right, bottom = (max(column) for column in zip(*inside, strict=True))
+    return Box(x_px=left, y_px=top, width_px=right - left, height_px=bottom - top)
+
+
+def _rle(mask: Mask) -> dict[str, Any]:
+    return {"size": list(mask.size), "counts": mask.counts}
 
 
 def _beyond_coco(label: ImageLabel) -> dict[str, Any]:
     beyond: dict[str, Any] = {"in_frame_share": label.in_frame_share}
     if label.box is not None:
         beyond["box_with_forearm"] = _xywh(label.box)
+    if label.mask is not None:
+        beyond["segmentation_with_forearm"] = _rle(label.mask)
     if label.keypoints is not None:
         points = label.keypoints
         beyond["keypoints_px"] = [_rounded(point.image_px) for point in points]

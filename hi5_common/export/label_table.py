@@ -13,7 +13,7 @@ from hi5_common.domain.errors import PermanentError
 from hi5_common.domain.labels import Box, CameraLabel, ImageLabel, Keypoint, Mask
 from hi5_common.domain.vocabulary import KEYPOINTS, Attribute, KeypointVisibility
 
-FORMAT = "hi5.labels/1"
+FORMAT = "hi5.labels/2"
 ROWS_PER_GROUP = 256
 """Fixed, so that the bytes depend on the labels alone; also what a reader holds in memory."""
 
@@ -21,6 +21,13 @@ _POINTS = len(KEYPOINTS)
 _POINT2 = pa.list_(pa.float64(), 2)
 _POINT3 = pa.list_(pa.float64(), 3)
 _BOX = pa.list_(pa.float64(), 4)
+_MASK = pa.struct(
+    [
+        pa.field("size", pa.list_(pa.int32(), 2)),
+        pa.field("counts", pa.string()),
+        pa.field("area_px", pa.int64()),
+    ]
+)
 
 SCHEMA = pa.schema(
     [
@@ -39,9 +46,8 @@ SCHEMA = pa.schema(
         pa.field("keypoints_depth_margin_mm", pa.list_(pa.float64(), _POINTS)),
         pa.field("box_px", _BOX),
         pa.field("hand_box_px", _BOX),
-        pa.field("mask_size", pa.list_(pa.int32(), 2)),
-        pa.field("mask_counts", pa.string()),
-        pa.field("mask_area_px", pa.int64()),
+        pa.field("mask", _MASK),
+        pa.field("hand_mask", _MASK),
         pa.field("in_frame_share", pa.float64(), nullable=False),
         pa.field("scene", pa.string(), nullable=False),
     ],
@@ -116,9 +122,8 @@ def _row(label: ImageLabel) -> dict[str, Any]:
         **_keypoint_cells(label),
         "box_px": _box_cells(label.box),
         "hand_box_px": _box_cells(label.hand_box),
-        "mask_size": label.mask and label.mask.size,
-        "mask_counts": label.mask and label.mask.counts,
-        "mask_area_px": label.mask_area_px,
+        "mask": label.mask and label.mask.model_dump(),
+        "hand_mask": label.hand_mask and label.hand_mask.model_dump(),
         "in_frame_share": label.in_frame_share,
         "scene": json.dumps(label.scene, separators=(",", ":"), allow_nan=False),
     }
@@ -160,8 +165,8 @@ def _label(row: dict[str, Any]) -> ImageLabel:
         keypoints=_keypoints(row),
         box=_box(row["box_px"]),
         hand_box=_box(row["hand_box_px"]),
-        mask=_mask(row),
-        mask_area_px=row["mask_area_px"],
+        mask=_mask(row["mask"]),
+        hand_mask=_mask(row["hand_mask"]),
         in_frame_share=row["in_frame_share"],
         scene=json.loads(row["scene"]),
     )
@@ -217,8 +222,8 @@ def _box(cells: list[float] | None) -> Box | None:
     return Box(x_px=x_px, y_px=y_px, width_px=width_px, height_px=height_px)
 
 
-def _mask(row: dict[str, Any]) -> Mask | None:
-    if row["mask_counts"] is None:
+def _mask(cells: dict[str, Any] | None) -> Mask | None:
+    if cells is None:
         return None
-    height_px, width_px = row["mask_size"]
-    return Mask(size=(height_px, width_px), counts=row["mask_counts"])
+    height_px, width_px = cells["size"]
+    return Mask(size=(height_px, width_px), counts=cells["counts"], area_px=cells["area_px"])

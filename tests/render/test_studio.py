@@ -8,9 +8,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import pytest
+from pycocotools import mask as coco_mask
 
-from hi5_common.domain.labels import ImageLabel
+from hi5_common.domain.labels import Box, ImageLabel, Mask
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.domain.vocabulary import KeypointVisibility
@@ -120,9 +123,7 @@ def _label(hands: HandLibrary, **changes: Any) -> ImageLabel:
 
 def test_labels_that_are_not_asked_for_are_none(hands: HandLibrary) -> None:
     keypoints = _label(hands, labels=["keypoints"])
-    assert (keypoints.box, keypoints.hand_box, keypoints.mask, keypoints.mask_area_px) == (
-        None,
-    ) * 4
+    assert (keypoints.box, keypoints.hand_box, keypoints.mask, keypoints.hand_mask) == (None,) * 4
     box = _label(hands, labels=["box"])
     assert (box.keypoints, box.mask) == (None, None)
     whole = _label(hands)
@@ -130,6 +131,19 @@ def test_labels_that_are_not_asked_for_are_none(hands: HandLibrary) -> None:
     assert whole.box == box.box
 
 
+def rle(mask: Mask) -> dict[str, Any]:
+    return {"size": list(mask.size), "counts": mask.counts}
+
+
+def assert_inside(mask: npt.NDArray[np.uint8], box: Box) -> None:
+    rows, columns = np.nonzero(mask)
+    assert box.x_px <= columns.min() + 0.5
+    assert columns.max() + 0.5 <= box.x_px + box.width_px
+    assert box.y_px <= rows.min() + 0.5
+    assert rows.max() + 0.5 <= box.y_px + box.height_px
+
+
+@pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")
 def test_a_label_holds_together(hands: HandLibrary) -> None:
     spec = parse_spec({**SMALL, "image": {"width": 160, "height": 120}})
     studio, plan = Studio(FakeRenderer(), hands), Plan.of(spec)
@@ -138,7 +152,14 @@ def test_a_label_holds_together(hands: HandLibrary) -> None:
         assert label.keypoints
         assert label.box
         assert label.hand_box
-        assert label.mask_area_px
+        assert label.mask
+        assert label.hand_mask
+        mask, hand = (coco_mask.decode(rle(part)) for part in (label.mask, label.hand_mask))
+        assert (int(mask.sum()), int(hand.sum())) == (label.mask.area_px, label.hand_mask.area_px)
+        assert 0 < hand.sum() <= mask.sum()
+        assert not (hand & ~mask & 1).any()
+        assert_inside(hand, label.hand_box)
+        assert_inside(mask, label.box)
         assert 0.75 <= label.in_frame_share <= 1.0
         assert label.hand_box.x_px >= label.box.x_px
         assert label.hand_box.y_px >= label.box.y_px

@@ -41,7 +41,7 @@ def label_image(
     """Return the label; kinds that were not asked for are None. resolved: see provenance.py."""
     of_hand = geometry.part != FOREARM
     boxed = LabelKind.BOX in kinds
-    mask, area_px = _mask(mesh) if LabelKind.MASK in kinds else (None, None)
+    masks = _masks(mesh, of_hand) if LabelKind.MASK in kinds else (None, None)
     return ImageLabel(
         index=scene.index,
         file_name=file_name,
@@ -52,8 +52,8 @@ def label_image(
         keypoints=_keypoints(scene, geometry, mesh) if LabelKind.KEYPOINTS in kinds else None,
         box=tight_box(mesh, np.ones_like(of_hand)) if boxed else None,
         hand_box=tight_box(mesh, of_hand) if boxed else None,
-        mask=mask,
-        mask_area_px=area_px,
+        mask=masks[0],
+        hand_mask=masks[1],
         in_frame_share=in_frame_share(scene.camera, geometry),
         scene=resolved,
     )
@@ -81,14 +81,17 @@ def in_frame_share(camera: Camera, geometry: SceneGeometry) -> float:
     return float(area_m2[inside].sum() / area_m2.sum())
 
 
-def _mask(mesh: ProjectedMesh) -> tuple[Mask, int]:
-    """Return the mask of pixels whose centres see the hand or its forearm, and its area.
+def _masks(mesh: ProjectedMesh, of_hand: npt.NDArray[np.bool_]) -> tuple[Mask, Mask]:
+    """Return the masks of pixels whose centres see any skin, and skin of the hand: of_hand (W,).
 
-    Taken from the exact surface and not from the path tracer's alpha, so that it does not change
-    with samples, denoiser or machine; tests hold the two together.
+    A triangle across the wrist is the forearm's, as it is for the boxes. The masks are taken from
+    the exact surface and not from the path tracer's alpha, so that they do not change with samples,
+    denoiser or machine; tests hold the two together.
     """
-    covered = rasterise(mesh).covered
-    return encode_mask(covered), int(covered.sum())
+    surface = rasterise(mesh)
+    hand_triangles = of_hand[mesh.triangles].all(axis=1)
+    hand = surface.covered & hand_triangles[surface.triangle]
+    return encode_mask(surface.covered), encode_mask(hand)
 
 
 def _keypoints(

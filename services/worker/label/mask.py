@@ -17,7 +17,8 @@ GROUPS = 7
 def encode_mask(mask: npt.NDArray[np.bool_]) -> Mask:
     """Return the COCO encoding of an (H, W) mask; size is (H, W) as COCO has it."""
     height, width = mask.shape
-    return Mask(size=(height, width), counts=_characters(_differences(run_lengths(mask))))
+    counts = _characters(_differences(run_lengths(mask)))
+    return Mask(size=(height, width), counts=counts, area_px=int(mask.sum()))
 
 
 def run_lengths(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:

@@ -18,6 +18,7 @@ def test_it_is_cocos_encoding(seed: int, height: int, width: int, share: float) 
     mask = factor_rng(seed, 0, "mask").random((height, width)) < share
     encoded = encode_mask(mask)
     assert (list(encoded.size), encoded.counts) == _reference(mask)
+    assert encoded.area_px == mask.sum()
 
 
 @pytest.mark.parametrize("share", ["none", "all", "last", "blocks"])
@@ -33,3 +34,4 @@ def test_it_is_cocos_encoding_of_large_plain_masks(share: str) -> None:
             mask[900:910, :] = False
     encoded = encode_mask(mask)
     assert (list(encoded.size), encoded.counts) == _reference(mask)
+    assert encoded.area_px == mask.sum()
