@@ -25,8 +25,8 @@ def download(
     dataset: DatasetArgument,
     out: Annotated[Path, typer.Option("--out", help="Folder; run again to go on.")],
     images: Annotated[
-        bool, typer.Option("--images", help="Unpack images/ beside the tars.")
-    ] = False,
+        bool, typer.Option("--images/--no-images", help="Unpack images/ beside the tars.")
+    ] = True,
     direct: DirectOption = False,
     as_json: JsonOption = False,
     url: UrlOption = None,
