@@ -15,7 +15,7 @@ PALM_COSINE = (-0.25, 0.25)
 """The border of glabrous skin: from none to all over this range of cosine to the palmar way."""
 TIP_COSINE = (0.35, 0.85)
 """Skin that faces out of the end of a finger is glabrous too, up to the nail."""
-WRIST_CREASE_M = (-0.012, 0.018)
+WRIST_CREASE_M = (-0.045, 0.022)
 """The palm's skin begins over this range along the hand; a sharper border looks like a glove."""
 
 WEIGHT_GROUPS: tuple[str, ...] = (

@@ -60,6 +60,10 @@ class HandModel:
     content_hash: str
     """SHA-256 over the arrays and the compiler's version."""
 
+    def hand_quads(self) -> I4:
+        """Return the quads (G, 4) of the hand alone, without the forearm and the wrist's edge."""
+        return self.quads[~self.forearm[self.quads].any(axis=1)]
+
     def mirrored(self) -> "HandModel":
         """The other hand: x negated, winding reversed, texture coordinates kept per vertex."""
         other = Handedness.LEFT if self.handedness is Handedness.RIGHT else Handedness.RIGHT
@@ -78,7 +82,7 @@ class HandModel:
         return replace(flipped, content_hash=content_hash(flipped))
 
 
-COMPILER_VERSION = "4"
+COMPILER_VERSION = "5"
 """Raised with every change that alters a compiled hand."""
 
 

@@ -13,7 +13,7 @@ from hi5_common.domain.vocabulary import Environment
 
 Panorama = npt.NDArray[np.float32]
 _FOLDER = Path("datafiles") / "studiolights" / "world"
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 class MissingAsset(PermanentError):
@@ -53,7 +53,7 @@ def load_panorama(environment: Environment) -> Panorama:
 @cache
 def mean_luminance(environment: Environment) -> float:
     """Return the mean luminance over the sphere, each row weighted by its solid angle."""
-    luminance = load_panorama(environment).astype(np.float64) @ _LUMINANCE
+    luminance = load_panorama(environment).astype(np.float64) @ LUMINANCE
     rows = luminance.shape[0]
     weight = np.sin((np.arange(rows) + 0.5) * np.pi / rows)
     return float((luminance.mean(axis=1) * weight).sum() / weight.sum())

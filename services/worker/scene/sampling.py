@@ -11,7 +11,7 @@ from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.vocabulary import Environment
 from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
 from services.worker.hand.skin import posed_hand
-from services.worker.scene.environments import mean_luminance
+from services.worker.scene.exposure import Seen, light_on_hand
 from services.worker.scene.geometry import transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.poses import blended_angles, draw_blend
@@ -30,8 +30,10 @@ from services.worker.scene.view import (
 MAX_BLEND = 0.25
 MAX_VIEW_ATTEMPTS = 1000
 EXPOSURE_SPREAD_EV = 0.5
-GREY_LEVEL = 0.5
-"""Linear display level given to a white diffuse surface under the mean light of a panorama."""
+WHITE_LEVEL = 0.5
+"""Linear display level that the seen side of the hand would have, had it been painted white."""
+EXPOSURE_DECIMALS = 4
+"""Coarser than what processors disagree about in a sum, finer than a step of 8 bits."""
 
 
 class NoViewFound(PermanentError):
@@ -48,13 +50,15 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     blend = draw_blend(cell.pose, factor_rng(spec.seed, index, "pose_blend"), MAX_BLEND)
     angles = blended_angles(blend)
     hand = hands.hand(cell.gender, cell.handedness)
-    viewed = ViewedHand.of(hand, posed_hand(hand.model, angles))
+    posed = posed_hand(hand.model, angles)
+    viewed = ViewedHand.of(hand, posed)
     for attempt in range(MAX_VIEW_ATTEMPTS):
         stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, viewed.hand_m)
         if view_will_do(camera, viewed.placed(placed), stance):
             break
     else:
         raise NoViewFound(f"Image {index}: none of {MAX_VIEW_ATTEMPTS} views shows the hand.")
+    seen = Seen(camera, transformed(placed, posed.vertices_m), hand.model.hand_quads())
     return HandScene(
         index=index,
         cell=cell,
@@ -64,7 +68,7 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
         view=view,
         hand_to_world=placed,
         camera=camera,
-        light=_draw_light(cell.environment, spec.seed, index),
+        light=_draw_light(cell.environment, seen, factor_rng(spec.seed, index, "light")),
         skin=skin_of(cell.skin_tone),
         view_attempt=attempt,
         render_seed=render_seed(spec.seed, index),
@@ -97,9 +101,8 @@ def _draw_attempt(
     return stance, view, placed, camera_at(view, target_m, lens)
 
 
-def _draw_light(environment: Environment, seed: int, index: int) -> Light:
-    rng = factor_rng(seed, index, "light")
+def _draw_light(environment: Environment, seen: Seen, rng: np.random.Generator) -> Light:
     turn_deg = float(rng.uniform(0.0, 360.0))
-    base_ev = math.log2(GREY_LEVEL / mean_luminance(environment))
+    base_ev = math.log2(WHITE_LEVEL / light_on_hand(environment, turn_deg, seen))
     spread_ev = float(np.clip(rng.normal(0.0, EXPOSURE_SPREAD_EV), -1.0, 1.0))
-    return Light(environment, turn_deg, base_ev + spread_ev)
+    return Light(environment, turn_deg, round(base_ev + spread_ev, EXPOSURE_DECIMALS))

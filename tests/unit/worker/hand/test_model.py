@@ -123,7 +123,7 @@ def test_maps_cover_what_they_name(hand: HandModel) -> None:
     assert nails == {f"{digit}_distal" for digit in DIGITS}
     assert hand.palm.min() == 0.0
     assert hand.palm.max() == 1.0
-    assert not hand.palm[hand.vertices_m[:, 1] < -0.012].any()
+    assert not hand.palm[hand.vertices_m[:, 1] < -0.045].any()
     assert hand.palm[hand.nail > 0.5].mean() < 0.3
     assert np.array_equal(hand.forearm, part == HandPart.FOREARM)
     assert hand.vertices_m[hand.forearm, 1].max() < 0.03

@@ -1,0 +1,100 @@
+"""How bright the light is on the side of the hand that is seen: what the exposure is set by.
+
+A panorama's mean light says little about it: a hand against the sun gets a tenth of it, a hand in
+the sun four times as much, and then dark skin is drawn lighter than light skin.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from hi5_common.domain.vocabulary import Environment
+from services.worker.scene.environments import LUMINANCE, load_panorama
+from services.worker.scene.types import Array, Camera
+from services.worker.scene.view import camera_position
+
+PATCH_PX = 32
+"""Side of the blocks of panorama that count as one distant lamp each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lamps:
+    """A panorama as distant lamps: unit directions to them (P, 3), irradiance (P,) face on."""
+
+    directions: Array
+    irradiance: Array
+
+    def turned(self, rotation_z_deg: float) -> "Lamps":
+        """Return the lamps turned about the vertical, as Light.rotation_z_deg turns a panorama."""
+        angle = math.radians(rotation_z_deg)
+        cosine, sine = math.cos(angle), math.sin(angle)
+        turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        return Lamps(self.directions @ turn, self.irradiance)
+
+
+@cache
+def lamps_of(environment: Environment) -> Lamps:
+    """Return an environment's panorama, not turned, as lamps in the middle of their blocks' light.
+
+    Longitude grows to the left from +x in the middle of the panorama; the top row is straight up.
+    """
+    luminance = load_panorama(environment).astype(np.float64) @ LUMINANCE
+    height, width = luminance.shape
+    latitude = (0.5 - (np.arange(height) + 0.5) / height) * math.pi
+    longitude = (0.5 - (np.arange(width) + 0.5) / width) * 2.0 * math.pi
+    texel_sr = np.cos(latitude) * (math.pi / height) * (2.0 * math.pi / width)
+    power = luminance * texel_sr[:, None]
+    level = np.cos(latitude)[:, None]
+    up = np.repeat(np.sin(latitude)[:, None], width, axis=1)
+    ways = np.stack([level * np.cos(longitude), level * np.sin(longitude), up], axis=-1)
+    sums = _block_sums(ways * power[..., None])
+    total = _block_sums(power[..., None])[:, 0]
+    lit = total > 0
+    directions = sums[lit] / np.linalg.norm(sums[lit], axis=1, keepdims=True)
+    return Lamps(directions, total[lit])
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A surface in front of a camera: vertices_m (V, 3) in the world, quads (G, 4) outward."""
+
+    camera: Camera
+    vertices_m: Array
+    quads: npt.NDArray[np.int32]
+
+
+def light_on_hand(environment: Environment, rotation_z_deg: float, seen: Seen) -> float:
+    """Return the mean radiance (panorama's units) of the seen skin, had it been painted white.
+
+    Each quad that faces the camera counts with the solid angle it fills. What other parts of the
+    hand shade is not taken off.
+    """
+    normals, weights = _facing(seen)
+    lamps = lamps_of(environment).turned(rotation_z_deg)
+    # einsum, not BLAS: the sum must not depend on the number of threads.
+    cosines = np.einsum("gk,pk->gp", normals, lamps.directions)
+    irradiance = np.einsum("gp,p->g", np.maximum(cosines, 0.0), lamps.irradiance)
+    return float((irradiance * weights).sum() / weights.sum() / math.pi)
+
+
+def _facing(surface: Seen) -> tuple[Array, Array]:
+    """Return the unit normals (N, 3) of quads that face the camera, and their solid angles."""
+    corners = surface.vertices_m[surface.quads]
+    crosses = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    doubled_m2 = np.linalg.norm(crosses, axis=1)
+    towards = camera_position(surface.camera) - corners.mean(axis=1)
+    distance_m = np.linalg.norm(towards, axis=1)
+    solid_sr = np.einsum("gk,gk->g", crosses, towards) / 2.0 / distance_m**3
+    facing = solid_sr > 0
+    return crosses[facing] / doubled_m2[facing, None], solid_sr[facing]
+
+
+def _block_sums(values: Array) -> Array:
+    """Return (P, K) sums of (H, W, K) values over square blocks."""
+    height, width, channels = values.shape
+    shape = (height // PATCH_PX, PATCH_PX, width // PATCH_PX, PATCH_PX, channels)
+    sums: Array = values.reshape(shape).sum(axis=(1, 3)).reshape(-1, channels)
+    return sums

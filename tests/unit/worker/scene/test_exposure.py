@@ -1,0 +1,95 @@
+"""The exposure follows the light on the side of the hand that the camera sees."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hi5_common.domain.plan import Plan
+from hi5_common.domain.spec import parse_spec
+from hi5_common.domain.vocabulary import Environment
+from services.worker.compose.background import render_background
+from services.worker.hand.skin import posed_hand
+from services.worker.scene.environments import LUMINANCE, load_panorama, mean_luminance
+from services.worker.scene.exposure import Seen, lamps_of, light_on_hand
+from services.worker.scene.geometry import transformed
+from services.worker.scene.library import HandLibrary
+from services.worker.scene.sampling import WHITE_LEVEL, sample_scene
+from services.worker.scene.types import Array, Camera, Intrinsics
+
+LENS = Intrinsics(100.0, 100.0, 50.0, 50.0, 100, 100)
+
+
+def _square_facing(way: Array) -> Seen:
+    """Return a small square at the origin that looks along `way`, and a camera in front of it."""
+    across = np.cross(way, [0.3, 0.5, 0.8])
+    across /= np.linalg.norm(across)
+    along = np.cross(way, across)
+    corners = 0.01 * np.array([across + along, along - across, -across - along, across - along])
+    world_to_camera = np.eye(4)
+    world_to_camera[:3, :3] = np.stack([across, -along, -way])
+    world_to_camera[:3, 3] = [0.0, 0.0, 1.0]
+    return Seen(Camera(LENS, world_to_camera), corners, np.array([[0, 1, 2, 3]], dtype=np.int32))
+
+
+@pytest.mark.parametrize("environment", Environment)
+def test_lamps_have_the_panoramas_light(environment: Environment) -> None:
+    lamps = lamps_of(environment)
+    assert np.allclose(np.linalg.norm(lamps.directions, axis=1), 1.0)
+    mean = float(lamps.irradiance.sum()) / (4.0 * math.pi)
+    assert mean == pytest.approx(mean_luminance(environment), rel=1e-3)
+
+
+def test_opposite_sides_share_all_the_light() -> None:
+    way = np.array([0.48, 0.6, 0.64])
+    both = sum(light_on_hand(Environment.CITY, 30.0, _square_facing(s * way)) for s in (1, -1))
+    lamps = lamps_of(Environment.CITY).turned(30.0)
+    assert both == pytest.approx(float(np.abs(lamps.directions @ way) @ lamps.irradiance) / math.pi)
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 70.0])
+def test_the_brightest_lamp_stands_where_the_background_has_it(turn_deg: float) -> None:
+    lamps = lamps_of(Environment.SUNRISE).turned(turn_deg)
+    sun = lamps.directions[lamps.irradiance.argmax()]
+    looking = _square_facing(-sun).camera
+    narrow = Camera(Intrinsics(600.0, 600.0, 50.0, 50.0, 100, 100), looking.world_to_camera)
+    everywhere = np.ones((100, 100), dtype=np.bool_)
+    sky = render_background(narrow, load_panorama(Environment.SUNRISE), turn_deg, everywhere)
+    assert float((sky @ LUMINANCE).mean()) > 50.0 * mean_luminance(Environment.SUNRISE)
+
+
+def test_the_seen_side_of_every_hand_is_lit_alike(tmp_path: Path) -> None:
+    spec = parse_spec({"count": 48, "seed": 5, "image": {"width": 64, "height": 48}})
+    plan, hands = Plan.of(spec), HandLibrary(tmp_path)
+    levels = []
+    for index in range(spec.count):
+        scene = sample_scene(spec, plan, index, hands)
+        model = hands.hand(scene.cell.gender, scene.cell.handedness).model
+        vertices_m = transformed(scene.hand_to_world, posed_hand(model, scene.angles).vertices_m)
+        seen = Seen(scene.camera, vertices_m, model.hand_quads())
+        light = scene.light
+        level = light_on_hand(light.environment, light.rotation_z_deg, seen)
+        levels.append(level * 2.0**light.exposure_ev)
+    assert 0.49 * WHITE_LEVEL < min(levels) < 0.9 * WHITE_LEVEL
+    assert 1.1 * WHITE_LEVEL < max(levels) < 2.01 * WHITE_LEVEL
+    assert np.median(levels) == pytest.approx(WHITE_LEVEL, rel=0.3)
+
+
+def test_a_hand_seen_from_its_bright_side_is_exposed_less() -> None:
+    lamps = lamps_of(Environment.SUNSET)
+    sun = lamps.directions[lamps.irradiance.argmax()]
+    bright, dark = _square_facing(sun), _square_facing(-sun)
+    assert light_on_hand(Environment.SUNSET, 0.0, bright) > light_on_hand(
+        Environment.SUNSET, 0.0, dark
+    )
+    # What faces away from the camera is not counted, however bright.
+    both = replace(
+        dark,
+        vertices_m=np.concatenate([dark.vertices_m, bright.vertices_m]),
+        quads=np.array([[0, 1, 2, 3], [4, 5, 6, 7]], dtype=np.int32),
+    )
+    assert light_on_hand(Environment.SUNSET, 0.0, both) == pytest.approx(
+        light_on_hand(Environment.SUNSET, 0.0, dark)
+    )
