@@ -4,9 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.plan import Plan
-from hi5_common.domain.spec import parse_spec
+from hi5_common.domain.spec import LabelKind, parse_spec
 from hi5_common.domain.vocabulary import Environment, Gender, Handedness, Pose, SkinTone
+from services.worker.label.label import label_image
 from services.worker.label.projected import ProjectedMesh, project_mesh
 from services.worker.label.projection import F8
 from services.worker.label.region import touched_region
@@ -40,10 +42,27 @@ class Shot:
     def region(self) -> PixelRect:
         return touched_region(self.mesh)
 
+    def label(self) -> ImageLabel:
+        """Return the label with every kind in it."""
+        kinds = frozenset(LabelKind)
+        return label_image(
+            self.scene, self.geometry, self.mesh, kinds, file_name="0.png", resolved={}
+        )
+
     @property
     def whole_frame(self) -> PixelRect:
         lens = self.scene.camera.intrinsics
         return PixelRect(0, 0, lens.width_px, lens.height_px)
+
+
+SAMPLED = {"count": 120, "seed": 77001, "image": {"width": 240, "height": 180}}
+
+
+def sampled(hands: HandLibrary, index: int) -> Shot:
+    """Return a scene as the fleet samples it, camera and all."""
+    spec = parse_spec(SAMPLED)
+    scene = sample_scene(spec, Plan.of(spec), index, hands)
+    return Shot(scene, build_geometry(scene, hands))
 
 
 def take(

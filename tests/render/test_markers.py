@@ -10,7 +10,7 @@ from services.worker.render.blender import camera, film, session
 from services.worker.render.rect import PixelRect
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.types import Camera, Intrinsics
-from tests.render.scenes import CENTRED, NOISY, OFF_CENTRE, take
+from tests.render.scenes import CENTRED, NOISY, OFF_CENTRE, sampled, take
 
 pytestmark = pytest.mark.render
 
@@ -29,16 +29,17 @@ class MarkerStudio:
         self.ball = bpy.context.object
         self.ball.data.materials.append(_glow())
 
-    def centroid_px(self, view: Camera, point_m: F8, depth_m: float) -> F8:
+    def centroid_px(self, view: Camera, region: PixelRect, point_m: F8, depth_m: float) -> F8:
         """Return the centre of the ball's light in the whole picture's pixels."""
         lens = view.intrinsics
         radius_m = RADIUS_PX * depth_m / max(lens.fx_px, lens.fy_px)
         self.ball.location, self.ball.scale = point_m.tolist(), (radius_m,) * 3
-        camera.aim(self.scene, view, PixelRect(0, 0, lens.width_px, lens.height_px))
+        camera.aim(self.scene, view, region)
         session.apply_settings(self.scene, NOISY, 0)
         light = film.shoot(self.scene, self.film)[..., 0].astype(np.float64)
         rows, columns = np.indices(light.shape) + 0.5
-        return np.array([(light * columns).sum(), (light * rows).sum()]) / light.sum()
+        centre = np.array([(light * columns).sum(), (light * rows).sum()]) / light.sum()
+        return centre + np.array([region.left, region.top])
 
 
 def _glow() -> bpy.types.Material:
@@ -70,5 +71,31 @@ def test_a_marker_at_each_joint_is_seen_where_the_label_says(
     for name, point_m, seen_m, label_px in zip(
         KEYPOINTS, points_m, camera_m, labels_px, strict=True
     ):
-        seen_px = markers.centroid_px(shot.scene.camera, point_m, float(seen_m[2]))
+        depth_m = float(seen_m[2])
+        seen_px = markers.centroid_px(shot.scene.camera, shot.whole_frame, point_m, depth_m)
         assert np.linalg.norm(seen_px - label_px) < TOLERANCE_PX, (name, seen_px, label_px)
+
+
+def _whole_ball_in(region: PixelRect, pixel: F8) -> bool:
+    inner = region.grown(-int(RADIUS_PX + 3))
+    return bool(inner.left <= pixel[0] < inner.right and inner.top <= pixel[1] < inner.bottom)
+
+
+@pytest.mark.parametrize("index", range(4))
+def test_in_a_sampled_scene_markers_are_seen_where_the_whole_label_says(
+    markers: MarkerStudio, hands: HandLibrary, index: int
+) -> None:
+    """As the fleet does it: the scene's own camera, cut to the rectangle that the hand touches."""
+    shot = sampled(hands, index)
+    label = shot.label()
+    assert label.keypoints
+    checked = 0
+    for point in label.keypoints:
+        label_px = np.array(point.image_px)
+        if not _whole_ball_in(shot.region, label_px):
+            continue
+        point_m, depth_m = np.array(point.world_m), point.camera_m[2]
+        seen_px = markers.centroid_px(shot.scene.camera, shot.region, point_m, depth_m)
+        assert np.linalg.norm(seen_px - label_px) < TOLERANCE_PX, (point, seen_px)
+        checked += 1
+    assert checked >= 10
