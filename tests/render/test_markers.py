@@ -39,7 +39,9 @@ class MarkerStudio:
         light = film.shoot(self.scene, self.film)[..., 0].astype(np.float64)
         rows, columns = np.indices(light.shape) + 0.5
         centre = np.array([(light * columns).sum(), (light * rows).sum()]) / light.sum()
-        return centre + np.array([region.left, region.top])
+        corner = np.array([region.left, region.top], dtype=np.float64)
+        whole: F8 = centre + corner
+        return whole
 
 
 def _glow() -> bpy.types.Material:
