@@ -1,27 +1,24 @@
 """Datasets: submit, look at, cancel, retry, delete."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Protocol
 from uuid import UUID, uuid5
 
 from sqlalchemy import delete as delete_rows
-from sqlalchemy import func, insert, select, update
+from sqlalchemy import insert, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from hi5_common.db import clock, errors, events, rows
-from hi5_common.db.tables import DatasetRow, DeletedDatasetRow, EventRow, ShardRow
+from hi5_common.db import clock, deliveries, errors, events
+from hi5_common.db.tables import DatasetRow, DeletedDatasetRow, DeliveryRow, EventRow, ShardRow
 from hi5_common.domain import lifecycle
-from hi5_common.domain import tallies as counting
 from hi5_common.domain.lifecycle import DatasetEvent, Transition
-from hi5_common.domain.records import Dataset, ShardStatus, Tallies
+from hi5_common.domain.records import Dataset, ShardStatus
 from hi5_common.domain.sharding import ShardRange
 from hi5_common.domain.spec import DatasetSpec
-
-_BATCH = 1000
 
 
 class ShardPlan(Protocol):
@@ -158,7 +155,7 @@ def delete(session: Session, dataset_id: UUID) -> None:
     A worker that still renders for it loses its lease. Raises DatasetNotFound.
     """
     _row(session, dataset_id)
-    for table in (EventRow, ShardRow):
+    for table in (EventRow, ShardRow, DeliveryRow):
         session.execute(
             delete_rows(table)
             .where(table.dataset_id == dataset_id)
@@ -166,20 +163,6 @@ def delete(session: Session, dataset_id: UUID) -> None:
         )
     session.execute(delete_rows(DatasetRow).where(DatasetRow.id == dataset_id))
     session.execute(insert(DeletedDatasetRow).values(id=dataset_id, deleted_at=clock.now()))
-
-
-def tallies(session: Session, dataset_id: UUID) -> Tallies:
-    """Add up what the published shards of a dataset delivered."""
-    published = session.scalars(
-        select(ShardRow.publication)
-        .where(ShardRow.dataset_id == dataset_id, ShardRow.status == ShardStatus.DONE.value)
-        .execution_options(yield_per=_BATCH)
-    )
-    total = counting.EMPTY
-    for batch in published.partitions():
-        parts = [rows.publication(document).tallies for document in batch if document is not None]
-        total = counting.add(total, *parts)
-    return total
 
 
 def _new_id(moment: datetime) -> UUID:
@@ -244,51 +227,24 @@ def _insert_shards(session: Session, dataset_id: UUID, plan: ShardPlan, moment: 
         for cut in plan.shards()
     ]
     session.execute(insert(ShardRow), batch)
+    deliveries.begin(session, dataset_id, len(batch))
 
 
 def _records(session: Session, found: Sequence[DatasetRow]) -> list[Dataset]:
-    counts = _counts(session, [row.id for row in found])
-    return [_record(row, counts.get(row.id, {})) for row in found]
+    counts = deliveries.counts(session, [row.id for row in found])
+    return [_record(row, counts[row.id]) for row in found]
 
 
-@dataclass(frozen=True)
-class _Count:
-    shards: int
-    images: int
-    progress: int
-
-
-def _counts(session: Session, ids: Sequence[UUID]) -> dict[UUID, dict[ShardStatus, _Count]]:
-    grouped = session.execute(
-        select(
-            ShardRow.dataset_id,
-            ShardRow.status,
-            func.count(),
-            func.sum(ShardRow.stop - ShardRow.start),
-            func.sum(ShardRow.progress),
-        )
-        .where(ShardRow.dataset_id.in_(ids))
-        .group_by(ShardRow.dataset_id, ShardRow.status)
-    )
-    found: dict[UUID, dict[ShardStatus, _Count]] = {}
-    for dataset_id, status, shards, images, progress in grouped:
-        count = _Count(int(shards), int(images), int(progress))
-        found.setdefault(dataset_id, {})[ShardStatus(status)] = count
-    return found
-
-
-def _record(row: DatasetRow, counts: Mapping[ShardStatus, _Count]) -> Dataset:
-    by_status = {status: counts[status].shards for status in ShardStatus if status in counts}
-    done, leased = counts.get(ShardStatus.DONE), counts.get(ShardStatus.LEASED)
+def _record(row: DatasetRow, count: deliveries.Count) -> Dataset:
     return Dataset(
         id=row.id,
         spec=DatasetSpec.model_validate_json(row.spec),
         created_at=row.created_at,
         cancel_requested_at=row.cancel_requested_at,
         status=lifecycle.dataset_status(
-            by_status, cancel_requested=row.cancel_requested_at is not None
+            count.shards, cancel_requested=row.cancel_requested_at is not None
         ),
-        shards_by_status=by_status,
-        images_done=done.images if done else 0,
-        images_in_progress=leased.progress if leased else 0,
+        shards_by_status=count.shards,
+        images_done=count.images_done,
+        images_in_progress=count.images_in_progress,
     )

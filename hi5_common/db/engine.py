@@ -47,10 +47,13 @@ class Database:
 
     @contextmanager
     def snapshot(self) -> Iterator[Session]:
-        """Yield a session for reading only: on SQLite it waits for no writer."""
+        """Yield a session for reading only, which sees one moment however often it looks.
+
+        It waits for no writer.
+        """
         with (
             _translated(),
-            self.engine.connect().execution_options(**{_READ_ONLY: True}) as connection,
+            self.engine.connect().execution_options(**_snapshot(self.engine)) as connection,
             Session(connection, expire_on_commit=False) as session,
         ):
             yield session
@@ -91,6 +94,12 @@ def make_write_ahead(engine: Engine) -> None:
         raw = cast(sqlite3.Connection, connection.connection.driver_connection)
         if raw.execute("PRAGMA journal_mode").fetchone()[0] != "wal":
             raw.execute("PRAGMA journal_mode = WAL")
+
+
+def _snapshot(engine: Engine) -> dict[str, Any]:
+    if engine.dialect.name == "sqlite":
+        return {_READ_ONLY: True}
+    return {"isolation_level": "REPEATABLE READ", "postgresql_readonly": True}
 
 
 def _is_sqlite(url: URL) -> bool:

@@ -13,7 +13,7 @@ from uuid import UUID
 from sqlalchemy import ColumnElement, Select, and_, func, or_, select, update
 from sqlalchemy.orm import Session
 
-from hi5_common.db import clock, errors, events, rows
+from hi5_common.db import clock, deliveries, errors, events, rows
 from hi5_common.db.tables import DatasetRow, ShardRow
 from hi5_common.domain import lifecycle, retry
 from hi5_common.domain.lifecycle import Transition
@@ -94,6 +94,7 @@ def finish(
     )
     if finished is not None:
         events.record_shards(session, [shard_id], Transition.FINISH, owner=owner)
+        deliveries.add(session, finished.dataset_id, publication)
         return
     _explain_refusal(session, shard_id, attempt, document)
 

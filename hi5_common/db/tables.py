@@ -85,6 +85,18 @@ class ShardRow(Base):
             sqlite_where=text("status = 'leased'"),
             postgresql_where=text("status = 'leased'"),
         ),
+        Index(
+            "ix_shard_leased_of_dataset",
+            "dataset_id",
+            sqlite_where=text("status = 'leased'"),
+            postgresql_where=text("status = 'leased'"),
+        ),
+        Index(
+            "ix_shard_failed",
+            "dataset_id",
+            sqlite_where=text("status = 'failed'"),
+            postgresql_where=text("status = 'failed'"),
+        ),
     )
 
     id: Mapped[UUID] = mapped_column(Uuid, primary_key=True)
@@ -104,6 +116,23 @@ class ShardRow(Base):
     lease_until: Mapped[datetime | None] = mapped_column(UtcTime)
     failure_reason: Mapped[str | None] = mapped_column(Text)
     publication: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+
+
+class DeliveryRow(Base):
+    """What the published shards of a dataset add up to, kept by the transactions that publish.
+
+    A table of its own: the transactions that change a dataset's row lock its shards later.
+    """
+
+    __tablename__ = "delivery"
+
+    dataset_id: Mapped[UUID] = mapped_column(
+        ForeignKey("dataset.id", ondelete="CASCADE"), primary_key=True
+    )
+    shard_count: Mapped[int] = mapped_column(Integer)
+    shards_done: Mapped[int] = mapped_column(Integer)
+    images_done: Mapped[int] = mapped_column(BigInteger)
+    tallies: Mapped[dict[str, Any]] = mapped_column(JSON)
 
 
 class EventRow(Base):

@@ -15,7 +15,6 @@ from hi5_common.settings import Settings
 from hi5_common.storage.port import ObjectStore
 from services.api.images.members import Members
 from services.api.plans.cache import Plans
-from services.api.tallied import Tallied
 
 log = logging.getLogger(__name__)
 
@@ -30,14 +29,13 @@ class Parts:
     doorbell: Doorbell
     plans: Plans
     members: Members
-    tallies: Tallied
 
     @classmethod
     def of(
         cls, settings: Settings, database: Database, store: ObjectStore, doorbell: Doorbell
     ) -> "Parts":
         """Add empty caches to the outside world."""
-        return cls(settings, database, store, doorbell, Plans(), Members(store), Tallied())
+        return cls(settings, database, store, doorbell, Plans(), Members(store))
 
     def announce(self, shard_ids: Sequence[UUID]) -> None:
         """Ring the doorbell, after the commit. A broker that is away costs seconds, not work."""

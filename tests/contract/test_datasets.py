@@ -5,7 +5,7 @@ from uuid import UUID
 
 import pytest
 
-from hi5_common.db import datasets, errors, events, shards, upkeep
+from hi5_common.db import datasets, deliveries, errors, events, shards, upkeep
 from hi5_common.db.engine import Database
 from hi5_common.domain.records import DatasetStatus, ShardStatus, Tallies
 from hi5_common.domain.retry import FailureKind
@@ -154,7 +154,7 @@ def test_tallies_add_up_over_published_shards(database: Database) -> None:
             published = factories.publication(claimed, counts)
             shards.finish(session, claimed.id, claimed.attempt, "w", published)
     with database.snapshot() as session:
-        assert datasets.tallies(session, made.id) == Tallies(
+        assert deliveries.tallies(session, made.id) == Tallies(
             {"gender=male": 4}, {"gender=male&skin_tone=tan": 2}
         )
         assert datasets.get(session, made.id).images_done == 4

@@ -1,8 +1,7 @@
 """Any order of claims, deaths, zombies, cancels and sweeps: what is published stays, once."""
 
 import hashlib
-import shutil
-import tempfile
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import timedelta
@@ -20,14 +19,16 @@ from hypothesis.stateful import (
     invariant,
     multiple,
     rule,
+    run_state_machine_as_test,
 )
 
-from hi5_common.db import datasets, events, migrate, shards
-from hi5_common.db.engine import Session, open_database
+from hi5_common.db import datasets, deliveries, events, shards
+from hi5_common.db.engine import Database, Session
 from hi5_common.db.errors import LeaseLost
 from hi5_common.db.shards import RenewAnswer
-from hi5_common.db.tables import ShardRow
+from hi5_common.db.tables import Base, ShardRow
 from hi5_common.domain import keys
+from hi5_common.domain import tallies as counting
 from hi5_common.domain.lifecycle import TERMINAL
 from hi5_common.domain.records import Publication, Shard, ShardStatus, StoredObject, Tallies
 from hi5_common.domain.retry import FailureKind
@@ -35,6 +36,8 @@ from hi5_common.queue.memory import MemoryDoorbell
 from hi5_common.storage.open import memory_store
 from services.worker.keeper import Keeper
 from tests.support import factories, runners
+
+EXAMPLES = 25
 
 
 @dataclass
@@ -54,15 +57,14 @@ class Fleet(RuleBasedStateMachine):
     submitted = Bundle("submitted")
     workers = Bundle("workers")
 
-    def __init__(self) -> None:
+    def __init__(self, database: Database, folder: Path) -> None:
         super().__init__()
-        self.folder = Path(tempfile.mkdtemp(prefix="hi5-machine-"))
-        url = f"sqlite:///{self.folder / 'hi5.sqlite'}"
-        migrate.upgrade(url)
-        self.database = open_database(url)
+        self.database = database
+        with database.transaction() as session:
+            for table in reversed(Base.metadata.sorted_tables):
+                session.execute(table.delete())
         self.store = memory_store()
-        settings = runners.settings(self.folder)
-        self.keeper = Keeper(self.database, self.store, MemoryDoorbell(), settings)
+        self.keeper = Keeper(database, self.store, MemoryDoorbell(), runners.settings(folder))
         self.published: dict[UUID, Publication] = {}
         self.attempts: dict[UUID, int] = {}
         self.deleted: set[UUID] = set()
@@ -70,8 +72,6 @@ class Fleet(RuleBasedStateMachine):
 
     def teardown(self) -> None:
         self.converge()
-        self.database.dispose()
-        shutil.rmtree(self.folder)
 
     @initialize(target=submitted)
     def begin(self) -> UUID:
@@ -189,6 +189,30 @@ class Fleet(RuleBasedStateMachine):
             for stored in (publication.samples, publication.labels, publication.members):
                 assert self.store.head(stored.key).size_bytes == stored.size_bytes
 
+    @invariant()
+    def the_running_sums_are_what_a_recount_gives(self) -> None:
+        with self.database.snapshot() as session:
+            found = datasets.page(session, 1000)
+            assert [deliveries.tallies(session, each.id) for each in found] == [
+                self.recounted(each.id) for each in found
+            ]
+            for each in found:
+                rows = session.query(ShardRow).where(ShardRow.dataset_id == each.id).all()
+                states = Counter(ShardStatus(row.status) for row in rows)
+                by_status = [(row.status, row.stop - row.start, row.progress) for row in rows]
+                assert each.shards_by_status == states
+                assert each.images_done == sum(n for s, n, _ in by_status if s == "done")
+                assert each.images_in_progress == sum(p for s, _, p in by_status if s == "leased")
+
+    def recounted(self, dataset_id: UUID) -> Tallies:
+        """Add up what every acknowledged publication of a dataset holds."""
+        mine = [
+            publication.tallies
+            for publication in self.published.values()
+            if str(dataset_id) in publication.samples.key
+        ]
+        return counting.add(*mine)
+
     def converge(self) -> None:
         """Let healthy workers do what is left; check that everything ends and nothing is left."""
         for worker in self.everybody:
@@ -228,7 +252,10 @@ class Fleet(RuleBasedStateMachine):
         for stored in made:
             self.store.put(stored.key, prefix.encode(), digest)
         samples, labels, members = made
-        return Publication(samples, labels, members, shard.stop - shard.start, Tallies({}, {}))
+        count = shard.stop - shard.start
+        # Other counts in each attempt, so that adding up the wrong one shows.
+        tallies = Tallies({"all": count, f"attempt={shard.attempt}": count}, {prefix: 1})
+        return Publication(samples, labels, members, count, tallies)
 
     def send_finish(self, worker: Worker) -> None:
         with self.database.transaction() as session:
@@ -254,5 +281,11 @@ class Fleet(RuleBasedStateMachine):
         return worker.shard.id, worker.shard.attempt, worker.owner
 
 
-Fleet.TestCase.settings = hypothesis_settings(max_examples=30, stateful_step_count=40)
-TestExactlyOnce = Fleet.TestCase
+def test_exactly_once(database: Database, tmp_path: Path) -> None:
+    class FleetOnIt(Fleet):
+        def __init__(self) -> None:
+            super().__init__(database, tmp_path)
+
+    run_state_machine_as_test(
+        FleetOnIt, settings=hypothesis_settings(max_examples=EXAMPLES, stateful_step_count=40)
+    )

@@ -7,9 +7,10 @@ from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from sqlalchemy import inspect
 
-from hi5_common.db import datasets, errors, migrate
+from hi5_common.db import datasets, deliveries, errors, migrate, shards
 from hi5_common.db.engine import open_database
 from hi5_common.db.tables import Base
+from tests.support import factories
 
 
 def test_tables_are_what_the_models_say(database_url: str) -> None:
@@ -43,6 +44,26 @@ def test_forward_back_and_forward_again(database_url: str) -> None:
     database.dispose()
     migrate.upgrade(database_url)
     assert migrate.current(database_url) == migrate.head()
+
+
+def test_a_database_with_published_shards_is_summed_up(database_url: str) -> None:
+    migrate.upgrade(database_url)
+    database = open_database(database_url)
+    made, untouched = (factories.dataset(database, seed=seed) for seed in (1, 2))
+    with database.transaction() as session:
+        for _ in range(2):
+            claimed = shards.claim(session, None, "w", 60)
+            assert claimed
+            published = factories.publication(claimed)
+            shards.finish(session, claimed.id, claimed.attempt, "w", published)
+        before = datasets.page(session, 10)
+    migrate.downgrade(database_url, "0001")
+    migrate.upgrade(database_url)
+    with database.snapshot() as session:
+        assert datasets.page(session, 10) == before
+        delivered = [deliveries.tallies(session, each.id).values for each in (made, untouched)]
+    database.dispose()
+    assert sorted(delivered, key=len) == [{}, {"gender=male": 4}]
 
 
 def test_several_processes_may_upgrade_at_once(database_url: str) -> None:

@@ -9,7 +9,7 @@ from uuid import UUID
 
 import pytest
 
-from hi5_common.db import datasets, shards
+from hi5_common.db import datasets, deliveries, shards
 from hi5_common.db.engine import Database
 from hi5_common.db.errors import DatabaseUnavailable
 from hi5_common.domain.records import DatasetStatus, Shard, ShardStatus
@@ -77,7 +77,7 @@ def test_a_slot_works_until_nothing_is_due(database: Database, tmp_path: Path) -
     assert slot.run_while_due(None, most=10) == [Outcome.PUBLISHED] * 3
     with database.snapshot() as session:
         seen = datasets.get(session, made.id)
-        counted = datasets.tallies(session, made.id)
+        counted = deliveries.tallies(session, made.id)
     assert (seen.status, seen.images_done) == (DatasetStatus.COMPLETE, 5)
     assert counted.values["pose=rocker"] == 5
     for shard in all_shards(database, made.id):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from uuid import UUID
 
 from hi5_common.cli.fetch.source import ObjectGone
-from hi5_common.db import datasets, shards
+from hi5_common.db import datasets, deliveries, shards
 from hi5_common.db.engine import Database
 from hi5_common.domain.balance import Balance, balance_of
 from hi5_common.domain.manifest import ManifestObject, ManifestShard, manifest_shard
@@ -49,9 +49,9 @@ class DirectSource:
             raise ObjectGone(f"{item.key}: {ObjectGone.__doc__}") from None
 
     def balance(self) -> Balance:
-        row = self._row()
         with self.database.snapshot() as session:
-            delivered = datasets.tallies(session, self.dataset_id)
+            row = datasets.get(session, self.dataset_id)
+            delivered = deliveries.tallies(session, self.dataset_id)
         return balance_of(Plan.of(row.spec), delivered, row.images_done)
 
     def _row(self) -> Dataset:

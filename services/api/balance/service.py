@@ -2,7 +2,7 @@
 
 from uuid import UUID
 
-from hi5_common.db import datasets
+from hi5_common.db import datasets, deliveries
 from hi5_common.domain.balance import Balance, balance_of
 from services.api.parts import Parts
 
@@ -11,5 +11,5 @@ def balance(parts: Parts, dataset_id: UUID) -> Balance:
     """Return requested, planned and delivered counts. Raises DatasetNotFound."""
     with parts.database.snapshot() as session:
         dataset = datasets.get(session, dataset_id)
-        delivered = parts.tallies.of(dataset, lambda: datasets.tallies(session, dataset_id))
+        delivered = deliveries.tallies(session, dataset_id)
     return balance_of(parts.plans.of(dataset.spec), delivered, dataset.images_done)

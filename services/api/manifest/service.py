@@ -2,7 +2,7 @@
 
 from uuid import UUID
 
-from hi5_common.db import datasets, shards
+from hi5_common.db import datasets, deliveries, shards
 from hi5_common.domain.manifest import Manifest, manifest_shard, progress_of
 from services.api.paging import next_address
 from services.api.parts import Parts
@@ -13,7 +13,7 @@ def manifest(parts: Parts, dataset_id: UUID, limit: int, after: int | None) -> M
     with parts.database.snapshot() as session:
         dataset = datasets.get(session, dataset_id)
         found = shards.of_dataset(session, dataset_id, limit + 1, after)
-        tallies = parts.tallies.of(dataset, lambda: datasets.tallies(session, dataset_id))
+        tallies = deliveries.tallies(session, dataset_id)
     page = found[:limit]
     path = f"/v1/datasets/{dataset_id}/manifest"
     last = page[-1].number if page else None
