@@ -1,20 +1,21 @@
 """The plan: which attribute values image i gets, computed from (spec, seed, i) and never stored.
 
-The joint cells and their sizes come from `apportion.py`: at most one number per joint cell that the
-spec can make, however many images there are. Image indices visit the cells' positions in
-golden-ratio steps, so that any run of images is a fair sample of the whole.
+The joint cells and their sizes come from `apportion.py` and `evening.py`: at most one number per
+joint cell that the spec can make, however many images there are. Image indices visit the cells'
+positions in golden-ratio steps, so that any run of images is a fair sample of the whole.
 """
 
 import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from typing import Self
 
 import numpy as np
 
 from hi5_common.domain.apportion import Ints, joint_cells
+from hi5_common.domain.evening import even_pairs
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.sharding import ShardRange, images_per_shard, shard_ranges
 from hi5_common.domain.spec import DatasetSpec
@@ -29,7 +30,7 @@ from hi5_common.domain.vocabulary import (
     Viewpoint,
 )
 
-ALGORITHM = "tree-1"
+ALGORITHM = "tree-2"
 CHUNK = 1 << 14
 
 
@@ -72,7 +73,7 @@ class Plan:
     def of(cls, spec: DatasetSpec) -> Self:
         """Plan a spec. The same spec gives the same plan everywhere."""
         levels = {attribute: _level(spec, attribute) for attribute in Attribute}
-        path, size = joint_cells([level.counts for level in levels.values()])
+        path, size = _fair_cells(tuple(tuple(lv.counts.tolist()) for lv in levels.values()))
         offset = int(factor_rng(spec.seed, 0, "plan/offset").integers(spec.count))
         return cls(spec, levels, path, np.cumsum(size), _golden_step(spec.count), offset)
 
@@ -129,6 +130,14 @@ class Plan:
     @cached_property
     def _sizes(self) -> Ints:
         return np.diff(self.ends, prepend=0)
+
+
+@lru_cache(maxsize=16)
+def _fair_cells(counts: tuple[tuple[int, ...], ...]) -> tuple[Ints, Ints]:
+    shares = [np.array(of_attribute, np.int64) for of_attribute in counts]
+    path, size = even_pairs(*joint_cells(shares), shares)
+    path.flags.writeable = size.flags.writeable = False
+    return path, size
 
 
 def _level(spec: DatasetSpec, attribute: Attribute) -> Level:

@@ -1,0 +1,75 @@
+"""How even plans are, and how long planning takes.
+
+    .venv/bin/python benchmarks/plan_evenness.py [--specs 600]
+
+Prints, for equal shares of every value at several sizes, the joint cells' smallest and largest
+counts, the furthest that any pair of values is from its expectation in images, and the seconds to
+plan; then the furthest pair over random specs with lists and skewed maps of exact counts.
+"""
+
+import argparse
+import itertools
+import platform
+import time
+
+import numpy as np
+
+from hi5_common.domain.plan import ALGORITHM, Plan
+from hi5_common.domain.seeding import factor_rng
+from hi5_common.domain.spec import DatasetSpec, parse_spec
+from hi5_common.domain.vocabulary import VALUES, Attribute
+
+SIZES = (12, 24, 100, 1000, 4224, 10_000, 25_344, 100_000, 583_000, 100_000_000)
+
+
+def main() -> None:
+    """Run both measurements."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--specs", type=int, default=600)
+    specs = parser.parse_args().specs
+    print(f"plan {ALGORITHM}, Python {platform.python_version()}, numpy {np.__version__}")
+    print("      images  joint cells  furthest pair  seconds")
+    for count in SIZES:
+        started = time.perf_counter()
+        plan = Plan.of(parse_spec({"count": count, "seed": 1}))
+        seconds = time.perf_counter() - started
+        low, high = plan.joint_extremes()
+        print(f"{count:12,}  {low:5,}-{high:<5,}  {furthest_pair(plan):13.2f}  {seconds:7.3f}")
+    found = sorted(furthest_pair(Plan.of(random_spec(seed))) for seed in range(specs))
+    middle, ninth, worst = found[len(found) // 2], found[len(found) * 9 // 10], found[-1]
+    print(f"{specs} random specs (seeds 0..{specs - 1}), furthest pair: ", end="")
+    print(f"median {middle:.2f}, nine in ten below {ninth:.2f}, worst {worst:.2f}")
+
+
+def furthest_pair(plan: Plan) -> float:
+    """Return the largest distance of a pair's count from its expectation, in images."""
+    worst = 0.0
+    for a, b in itertools.combinations(Attribute, 2):
+        of_a, of_b = plan.value_counts(a), plan.value_counts(b)
+        for (x, y), images in plan.pair_counts(a, b).items():
+            worst = max(worst, abs(images - of_a[x] * of_b[y] / plan.count))
+    return worst
+
+
+def random_spec(seed: int) -> DatasetSpec:
+    """Draw a spec of 1 to 1,500 images: every attribute whole, a list, or a map of counts."""
+    rng = factor_rng(seed, 0, "benchmark/spec")
+    count = int(rng.integers(1, 1501))
+    requests = {attribute.value: _random_request(rng, attribute, count) for attribute in Attribute}
+    return parse_spec({"count": count, "seed": seed, "attributes": requests})
+
+
+def _random_request(rng: np.random.Generator, attribute: Attribute, count: int) -> object:
+    known = VALUES[attribute]
+    chosen = rng.permutation(len(known))[: int(rng.integers(1, len(known) + 1))]
+    values = [known[number] for number in chosen]
+    kind = ("all", "list", "map")[int(rng.integers(3))]
+    if kind == "map":
+        cuts = sorted(rng.integers(0, count + 1, len(values) - 1).tolist())
+        bounds = itertools.pairwise([0, *cuts, count])
+        return {value: stop - start for value, (start, stop) in zip(values, bounds, strict=True)}
+    return values if kind == "list" else None
+
+
+if __name__ == "__main__":
+    main()
