@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import httpx
+
 from hi5_common.cli.client import Service
 from hi5_common.cli.stack import connection
 from hi5_common.domain.errors import InvalidInput, Problem, TransientError
@@ -31,7 +33,14 @@ def open_service(url: str | None, data_dir: Path | None) -> Service:
 
 
 def _checked(url: str) -> str:
-    if not url.startswith(SCHEMES):
+    if not url.startswith(SCHEMES) or not _names_a_host(url):
         remedy = "Give a whole address, for example http://127.0.0.1:8000."
         raise InvalidInput([Problem("--url", url, remedy)])
     return url
+
+
+def _names_a_host(url: str) -> bool:
+    try:
+        return bool(httpx.URL(url).host)
+    except httpx.InvalidURL:
+        return False

@@ -23,6 +23,15 @@ _POSTGRES_OPTIONS = (
     "-c statement_timeout=15000 -c lock_timeout=10000 -c idle_in_transaction_session_timeout=30000"
 )
 
+_UNAVAILABLE = (
+    exc.OperationalError,
+    exc.InterfaceError,
+    exc.TimeoutError,
+    sqlite3.OperationalError,
+)
+_OUTDATED = ("no such table", "no such column", "does not exist")
+_BROKEN = ("file is not a database", "malformed")
+
 
 @dataclass(frozen=True)
 class Database:
@@ -72,15 +81,32 @@ def open_database(url: str) -> Database:
 
 def normalized(url: str) -> URL:
     """Return the URL with the one driver we use for each database; refuse other databases."""
-    parsed = make_url(url)
+    try:
+        parsed = make_url(url)
+    except (exc.ArgumentError, ValueError) as error:
+        raise _refused(url.partition(":")[0]) from error  # what follows may hold a password
     backend = parsed.get_backend_name()
     if backend == "sqlite" and parsed.database not in {None, "", ":memory:"}:
         return parsed.set(drivername="sqlite+pysqlite")
     if backend in {"postgresql", "postgres"}:
         return parsed.set(drivername="postgresql+psycopg")
-    remedy = "Use sqlite:///<file> or postgresql://user:password@host:port/name."
-    shown = parsed.render_as_string(hide_password=True)
-    raise InvalidInput([Problem("HI5_DATABASE_URL", shown, remedy)])
+    raise _refused(parsed.render_as_string(hide_password=True))
+
+
+@contextmanager
+def reached() -> Iterator[None]:
+    """Say in words what goes wrong between us and the database, whatever is asked of it.
+
+    Raises DatabaseUnavailable, DatabaseBroken.
+    """
+    try:
+        yield
+    except _UNAVAILABLE as error:
+        raise errors.DatabaseUnavailable(_first_line(error)) from error
+    except (exc.DatabaseError, sqlite3.DatabaseError) as error:
+        if any(words in str(error) for words in _BROKEN):
+            raise errors.DatabaseBroken from error
+        raise
 
 
 def make_write_ahead(engine: Engine) -> None:
@@ -151,18 +177,20 @@ def _begin_sqlite(connection: Connection) -> None:
 
 @contextmanager
 def _translated() -> Iterator[None]:
-    try:
-        yield
-    except (exc.OperationalError, exc.InterfaceError, exc.TimeoutError) as error:
-        if "no such table" in str(error) or "no such column" in str(error):
-            raise errors.DatabaseOutdated from error
-        raise errors.DatabaseUnavailable(_first_line(error)) from error
-    except exc.ProgrammingError as error:
-        if "does not exist" in str(error):
-            raise errors.DatabaseOutdated from error
-        raise
+    with reached():
+        try:
+            yield
+        except (exc.OperationalError, exc.ProgrammingError) as error:
+            if any(words in str(error) for words in _OUTDATED):
+                raise errors.DatabaseOutdated from error
+            raise
 
 
-def _first_line(error: exc.SQLAlchemyError) -> str:
+def _refused(shown: str) -> InvalidInput:
+    remedy = "Use sqlite:///<file> or postgresql://user:password@host:port/name."
+    return InvalidInput([Problem("HI5_DATABASE_URL", shown, remedy)])
+
+
+def _first_line(error: Exception) -> str:
     cause = getattr(error, "orig", None) or error
     return f"{errors.DatabaseUnavailable.__doc__} ({str(cause).splitlines()[0]})"

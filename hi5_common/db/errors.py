@@ -6,11 +6,15 @@ from hi5_common.domain.errors import InvalidInput, PermanentError, Problem, Tran
 
 
 class DatabaseUnavailable(TransientError):
-    """The database cannot be reached, is busy, or ended the transaction."""
+    """The database that HI5_DATABASE_URL names cannot be reached, is busy, or broke off."""
+
+
+class DatabaseBroken(PermanentError):
+    """The file of HI5_DATABASE_URL is no whole SQLite database. Restore it, or name another."""
 
 
 class DatabaseOutdated(PermanentError):
-    """The database lacks tables or columns. Run: hi5 migrate upgrade (or hi5 up)."""
+    """The database lacks tables or columns. Run: hi5 migrate (or hi5 up)."""
 
 
 class LeaseLost(PermanentError):

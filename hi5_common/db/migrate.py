@@ -11,7 +11,7 @@ from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, text
 
-from hi5_common.db.engine import make_write_ahead, open_database
+from hi5_common.db.engine import make_write_ahead, open_database, reached
 from hi5_common.settings import Settings
 
 _LOCK = 7_435_001  # any fixed number: migrations of hi5 exclude each other
@@ -31,7 +31,7 @@ def current(url: str) -> str | None:
     """Return the revision of a database, or None if it is empty."""
     database = open_database(url)
     try:
-        with database.engine.connect() as connection:
+        with reached(), database.engine.connect() as connection:
             return MigrationContext.configure(connection).get_current_revision()
     finally:
         database.dispose()
@@ -60,10 +60,11 @@ def main(arguments: list[str]) -> int:
 def _run(url: str, act: Callable[[Config], None]) -> None:
     database = open_database(url)
     try:
-        make_write_ahead(database.engine)
-        with database.engine.begin() as connection:
-            _exclude_others(connection)
-            act(_config(connection))
+        with reached():
+            make_write_ahead(database.engine)
+            with database.engine.begin() as connection:
+                _exclude_others(connection)
+                act(_config(connection))
     finally:
         database.dispose()
 

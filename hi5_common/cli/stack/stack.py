@@ -13,8 +13,11 @@ from hi5_common.cli.stack.ports import free_port
 from hi5_common.cli.stack.processes import StackOptions, environment, service_commands
 from hi5_common.cli.stack.signals import StopRequests
 from hi5_common.cli.stack.supervisor import POLL_S, Supervisor, Tell
+from hi5_common.settings import Settings
 
 READY_PATH = "/readyz"
+QUIET_START_S = 10.0
+"""After so long a start says what it waits for."""
 
 
 def run(options: StackOptions, tell: Tell, ready: Callable[[], None]) -> None:
@@ -24,7 +27,9 @@ def run(options: StackOptions, tell: Tell, ready: Callable[[], None]) -> None:
     ProcessKeepsDying when a process cannot be kept up; nothing is left running either way.
     """
     from hi5_common.db import migrate  # half a second that no other command should wait
+    from hi5_common.storage.open import open_store
 
+    open_store(Settings(data_dir=options.data_dir))  # refuses a wrong setting
     leash.adopt_orphans()
     logs = options.data_dir / "logs"
     logs.mkdir(parents=True, exist_ok=True)
@@ -36,7 +41,7 @@ def run(options: StackOptions, tell: Tell, ready: Callable[[], None]) -> None:
         try:
             for command in (broker.command, *service_commands(options)):
                 supervisor.start(command)
-            _serve(options, supervisor, stops, ready)
+            _serve(options, supervisor, stops, tell, ready)
         finally:
             tell("stopping: workers finish their image first; Ctrl-C again ends them at once")
             supervisor.end(stops.repeated)
@@ -44,11 +49,13 @@ def run(options: StackOptions, tell: Tell, ready: Callable[[], None]) -> None:
 
 
 def _serve(
-    options: StackOptions, supervisor: Supervisor, stops: StopRequests, ready: Callable[[], None]
+    options: StackOptions,
+    supervisor: Supervisor,
+    stops: StopRequests,
+    tell: Tell,
+    ready: Callable[[], None],
 ) -> None:
-    while not stops.asked() and not _answers(options.url):
-        supervisor.revive_the_dead()
-        time.sleep(POLL_S)
+    _wait_until_ready(options, supervisor, stops, tell)
     with announced(options.data_dir, Connection(options.url, os.getpid())):
         if not stops.asked():
             ready()
@@ -57,8 +64,27 @@ def _serve(
             time.sleep(POLL_S)
 
 
-def _answers(url: str) -> bool:
+def _wait_until_ready(
+    options: StackOptions, supervisor: Supervisor, stops: StopRequests, tell: Tell
+) -> None:
+    told, quiet_until_s = "", time.monotonic() + QUIET_START_S
+    while not stops.asked() and (missing := missing_parts(options.url)):
+        supervisor.revive_the_dead()
+        if missing != told and time.monotonic() > quiet_until_s:
+            tell(f"still waiting: {missing}")
+            told = missing
+        time.sleep(POLL_S)
+
+
+def missing_parts(url: str) -> str:
+    """Return what a service still lacks, in words; nothing once it is ready."""
     try:
-        return httpx.get(url + READY_PATH, timeout=2).is_success
+        answer = httpx.get(url + READY_PATH, timeout=5)
     except httpx.TransportError:
-        return False
+        return "the API does not answer yet"
+    if answer.is_success:
+        return ""
+    if answer.status_code != httpx.codes.SERVICE_UNAVAILABLE:
+        return f"the API answers {answer.status_code}"
+    parts = answer.json()["parts"]
+    return "; ".join(f"{name}: {part['detail']}" for name, part in parts.items() if not part["ok"])

@@ -86,3 +86,59 @@ def test_a_folder_that_cannot_be_made_is_named(hi5: Command, tmp_path: Path) -> 
     finished = hi5("up", "--data-dir", tmp_path / "file", "--port", "0")
     assert finished.code == 2
     assert str(tmp_path / "file") in finished.err
+
+
+@pytest.mark.parametrize("command", [["up", "--port", "0"], ["migrate"], ["audit", "0" * 32]])
+@pytest.mark.parametrize(
+    ("url", "code", "words"),
+    [
+        ("rubbish", 2, "HI5_DATABASE_URL: rubbish"),
+        ("postgresql://me:hidden@127.0.0.1:no/hi5", 2, "HI5_DATABASE_URL: postgresql"),
+        ("postgresql://me:hidden@127.0.0.1:9/hi5", 3, "HI5_DATABASE_URL"),
+        ("sqlite:///{file}", 2, "no whole SQLite database"),
+    ],
+)
+def test_a_database_that_cannot_be_used_is_told_in_words(
+    hi5: Command,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    command: list[str],
+    url: str,
+    code: int,
+    words: str,
+) -> None:
+    broken = tmp_path / "hi5.sqlite"
+    broken.write_text("no database at all " * 500)
+    monkeypatch.setenv("HI5_DATABASE_URL", url.format(file=broken))
+    direct = ["--direct"] if command[0] == "audit" else []
+    finished = hi5(*command, *direct)
+    assert (finished.code, words in finished.err) == (code, True), finished.err
+    assert "hidden" not in finished.err
+
+
+def test_up_refuses_a_wrong_store_before_it_starts_anything(
+    hi5: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HI5_STORE_URL", "rubbish")
+    finished = hi5("up", "--port", "0")
+    assert finished.code == 2
+    assert "HI5_STORE_URL: rubbish" in finished.err
+    assert "starting it again" not in finished.err
+
+
+@pytest.mark.parametrize("url", ["http://[::1", "http://", "http://host:port"])
+def test_an_address_that_is_none_is_refused(hi5: Command, url: str) -> None:
+    finished = hi5("list", "--url", url)
+    assert finished.code == 2
+    assert f"--url: {url}" in finished.err
+
+
+@pytest.mark.parametrize("key", ["", "caf\u00e9", "k" * 201])
+def test_an_idempotency_key_that_no_header_can_carry_is_refused(
+    hi5: Command, tmp_path: Path, key: str
+) -> None:
+    spec = tmp_path / "spec.yaml"
+    spec.write_text("count: 1\n")
+    finished = hi5("submit", spec, "--url", CLOSED, f"--idempotency-key={key}")
+    assert finished.code == 2
+    assert "--idempotency-key" in finished.err
