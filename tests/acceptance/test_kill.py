@@ -13,7 +13,7 @@ from tests.support.processes import Found
 
 pytestmark = [pytest.mark.acceptance, pytest.mark.slow, pytest.mark.render]
 
-COUNT = 36
+COUNT = 24
 
 
 def begun(stack: Machine, dataset_id: UUID, images: int) -> bool:
@@ -35,7 +35,7 @@ def test_a_killed_worker_and_a_killed_render_child_lose_nothing(
 ) -> None:
     for name, value in QUICK.items():
         monkeypatch.setenv(name, value)
-    spec = write_spec(tmp_path / "s.yaml", count=COUNT, images_per_shard=12)
+    spec = write_spec(tmp_path / "s.yaml", count=COUNT, images_per_shard=8)
     with machine(tmp_path / "d") as stack:
         dataset_id = stack.submit(spec)
         processes.wait_until(lambda: begun(stack, dataset_id, 2), 90, "some images")

@@ -25,27 +25,30 @@ def members(folder: Path) -> dict[str, bytes]:
     return found
 
 
-def rendered(tmp_path: Path, name: str, images_per_shard: int, workers: int) -> Path:
-    """Render the same images in shards of a size by a number of workers; return the download."""
-    spec = write_spec(
-        tmp_path / f"{name}.yaml", name="same", count=COUNT, images_per_shard=images_per_shard
+def spec_in_shards_of(tmp_path: Path, images_per_shard: int) -> Path:
+    return write_spec(
+        tmp_path / f"{images_per_shard}.yaml",
+        name="same",
+        count=COUNT,
+        images_per_shard=images_per_shard,
     )
-    with machine(tmp_path / name, workers=workers) as stack:
-        dataset_id = stack.hi5("submit", spec, "--wait", "--json").json()["id"]
-        stack.hi5("download", dataset_id, "--out", tmp_path / f"{name}-out", "--images")
-    return tmp_path / f"{name}-out"
 
 
 def test_shard_size_workers_and_services_change_no_byte(tmp_path: Path) -> None:
-    whole = rendered(tmp_path, "whole", COUNT, workers=1)
-    cut = rendered(tmp_path, "cut", 2, workers=2)
+    in_one, in_three = (spec_in_shards_of(tmp_path, size) for size in (COUNT, 2))
+    whole, cut = tmp_path / "whole", tmp_path / "cut"
+    with machine(tmp_path / "up", workers=2) as stack:
+        submitted = [(stack.submit(spec), out) for spec, out in ((in_one, whole), (in_three, cut))]
+        for dataset_id, out in submitted:
+            stack.hi5("watch", str(dataset_id))
+            stack.hi5("download", str(dataset_id), "--out", out, "--images")
     assert len(list(cut.glob("shards/*"))) == 3
     assert members(whole) == members(cut)
     assert len(members(whole)) == 2 * COUNT
     assert (whole / "labels.parquet").read_bytes() == (cut / "labels.parquet").read_bytes()
 
     alone = tmp_path / "alone"
-    hi5("render", tmp_path / "cut.yaml", "--out", alone, "--index", "4")
+    hi5("render", in_three, "--out", alone, "--index", "4")
     (image,) = (alone / "images").iterdir()
     assert image.read_bytes() == members(cut)[image.name]
     (annotation,) = json.loads((alone / "coco.json").read_text())["annotations"]

