@@ -8,15 +8,17 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
+from starlette.routing import Match
 
 from hi5_common.db import errors as db_errors
 from hi5_common.domain.errors import Hi5Error, InvalidInput, Problem, TransientError
-from hi5_common.storage.errors import ObjectMissing
+from hi5_common.storage.errors import ObjectMissing, WrongBytes
 from services.api.problems import ApiError, problem_response
 
 log = logging.getLogger(__name__)
 
 RETRY_AFTER_S = 5
+METHODS = ("DELETE", "GET", "HEAD", "PATCH", "POST", "PUT")
 
 
 def install(app: FastAPI) -> None:
@@ -70,6 +72,10 @@ def _domain_error(error: Hi5Error) -> ApiError:
             remedy = "GET /v1/datasets lists the datasets there are."
             problem = Problem("dataset_id", str(error.dataset_id), remedy)
             return ApiError(404, "not-found", "No such dataset", [problem])
+        case WrongBytes():
+            log.error("published object damaged", exc_info=error, extra={"action": "request"})
+            detail = "A published file is not what was stored. `hi5 audit` names all."
+            return ApiError(502, "object-damaged", "Published file damaged", detail=detail)
         case TransientError():
             log.warning("not available", exc_info=error, extra={"action": "request"})
             headers = {"Retry-After": str(RETRY_AFTER_S)}
@@ -98,6 +104,16 @@ def _translated(detail: dict[str, Any]) -> Problem:
     return Problem(field, detail.get("input"), f"{detail['msg']}.")
 
 
+def _methods(request: Request) -> list[str]:
+    """Return what a path can be asked; the framework names only the first route's methods."""
+
+    def taken(method: str) -> bool:
+        scope = {**request.scope, "method": "GET" if method == "HEAD" else method}
+        return any(route.matches(scope)[0] is Match.FULL for route in request.app.routes)
+
+    return [method for method in METHODS if taken(method)]
+
+
 def _http_error(request: Request, error: HTTPException) -> ApiError:
     headers = dict(error.headers or {})
     path = request.url.path
@@ -106,7 +122,8 @@ def _http_error(request: Request, error: HTTPException) -> ApiError:
             problem = Problem("path", path, "There is no such route. /openapi.json lists them.")
             return ApiError(404, "no-route", "No such route", [problem])
         case 405:
-            remedy = f"{path} takes {headers.get('Allow', 'another method')}."
+            headers["Allow"] = ", ".join(_methods(request))
+            remedy = f"{path} takes {headers['Allow']}."
             problem = Problem("method", request.method, remedy)
             return ApiError(405, "no-method", "No such method here", [problem], headers=headers)
         case 413:

@@ -20,6 +20,7 @@ from services.api.catalogue.routes import router as catalogue
 from services.api.dashboard import pages
 from services.api.dashboard.routes import router as dashboard
 from services.api.datasets.routes import router as datasets
+from services.api.head import Head
 from services.api.health.routes import router as health
 from services.api.images.routes import router as images
 from services.api.manifest.routes import router as manifest
@@ -76,4 +77,5 @@ def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
         allowed_hosts=api_settings.allowed_hosts,
         max_body_bytes=api_settings.max_body_bytes,
     )
+    app.add_middleware(Head)
     return app

@@ -104,9 +104,9 @@ def test_a_database_without_tables_is_not_ready_and_says_so(tmp_path: Path) -> N
     with serving(assemble(parts, ApiSettings())) as url:
         ready, listed = httpx.get(f"{url}/readyz"), httpx.get(f"{url}/v1/datasets")
     assert ready.status_code == 503
-    assert "upgrade" in ready.json()["parts"]["database"]["detail"]
+    assert "hi5 migrate" in ready.json()["parts"]["database"]["detail"]
     assert listed.status_code == 503
-    assert "upgrade" in listed.json()["detail"]
+    assert "hi5 migrate" in listed.json()["detail"]
 
 
 def test_what_nobody_foresaw_is_a_problem_without_our_insides(
@@ -149,3 +149,18 @@ def test_the_healthcheck_follows_readiness(
     monkeypatch.setattr(world.doorbell, "waiting", away)
     assert healthcheck.main() == 1
     assert "broker" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("path", ["/", "/v1/datasets", "/openapi.json", "/static/hi5.css"])
+def test_what_can_be_got_can_be_asked_for_its_headers(shared_world: World, path: str) -> None:
+    whole, head = shared_world.client.get(path), shared_world.client.head(path)
+    assert (head.status_code, head.content) == (200, b"")
+    same = ("content-type", "content-length", "content-security-policy")
+    assert [head.headers[name] for name in same] == [whole.headers[name] for name in same]
+
+
+def test_a_path_names_every_method_it_takes(shared_world: World) -> None:
+    answer = shared_world.client.put("/v1/datasets")
+    assert answer.status_code == 405
+    assert answer.headers["allow"] == "GET, HEAD, POST"
+    assert "GET, HEAD, POST" in answer.json()["detail"]
