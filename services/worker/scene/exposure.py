@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hi5_common.domain.vocabulary import Environment
-from services.worker.scene.environments import LUMINANCE, load_panorama
+from services.worker.scene.environments import LUMINANCE, load_panorama, mean_luminance
 from services.worker.scene.types import Array, Camera
 from services.worker.scene.view import camera_position
 
@@ -66,18 +66,29 @@ class Seen:
     quads: npt.NDArray[np.int32]
 
 
-def light_on_hand(environment: Environment, rotation_z_deg: float, seen: Seen) -> float:
-    """Return the mean radiance (panorama's units) of the seen skin, had it been painted white.
+def metered_light(environment: Environment, rotation_z_deg: float, seen: Seen) -> float:
+    """Return the radiance that the exposure goes by: the light on the hand (see light_on_hand).
 
-    Each quad that faces the camera counts with the solid angle it fills. What other parts of the
-    hand shade is not taken off.
+    Of a hand against the light only halfway to it (in stops) from the panorama's mean: as a
+    photographer would, who wants neither a black hand nor a white sky that eats its outline.
+    """
+    on_hand = light_on_hand(environment, rotation_z_deg, seen)
+    return max(on_hand, math.sqrt(on_hand * mean_luminance(environment)))
+
+
+def light_on_hand(environment: Environment, rotation_z_deg: float, seen: Seen) -> float:
+    """Return the radiance (panorama's units) of the seen skin, had it been painted white.
+
+    The root of the mean square, so that the side in the sun weighs more than the side in the shade
+    and does not burn out. Each quad that faces the camera counts with the solid angle it fills.
+    What other parts of the hand shade is not taken off.
     """
     normals, weights = _facing(seen)
     lamps = lamps_of(environment).turned(rotation_z_deg)
     # einsum, not BLAS: the sum must not depend on the number of threads.
     cosines = np.einsum("gk,pk->gp", normals, lamps.directions)
-    irradiance = np.einsum("gp,p->g", np.maximum(cosines, 0.0), lamps.irradiance)
-    return float((irradiance * weights).sum() / weights.sum() / math.pi)
+    white = np.einsum("gp,p->g", np.maximum(cosines, 0.0), lamps.irradiance) / math.pi
+    return math.sqrt(float((white**2 * weights).sum() / weights.sum()))
 
 
 def _facing(surface: Seen) -> tuple[Array, Array]:

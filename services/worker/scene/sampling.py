@@ -11,7 +11,7 @@ from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.vocabulary import Environment
 from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
 from services.worker.hand.skin import posed_hand
-from services.worker.scene.exposure import Seen, light_on_hand
+from services.worker.scene.exposure import Seen, metered_light
 from services.worker.scene.geometry import transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.poses import blended_angles, draw_blend
@@ -29,9 +29,10 @@ from services.worker.scene.view import (
 
 MAX_BLEND = 0.25
 MAX_VIEW_ATTEMPTS = 1000
-EXPOSURE_SPREAD_EV = 0.5
-WHITE_LEVEL = 0.5
-"""Linear display level that the seen side of the hand would have, had it been painted white."""
+EXPOSURE_SPREAD_EV = 0.35
+MAX_EXPOSURE_SPREAD_EV = 0.7
+WHITE_LEVEL = 0.55
+"""Linear display level of what is metered, which is the seen side of the hand painted white."""
 EXPOSURE_DECIMALS = 4
 """Coarser than what processors disagree about in a sum, finer than a step of 8 bits."""
 
@@ -103,6 +104,7 @@ def _draw_attempt(
 
 def _draw_light(environment: Environment, seen: Seen, rng: np.random.Generator) -> Light:
     turn_deg = float(rng.uniform(0.0, 360.0))
-    base_ev = math.log2(WHITE_LEVEL / light_on_hand(environment, turn_deg, seen))
-    spread_ev = float(np.clip(rng.normal(0.0, EXPOSURE_SPREAD_EV), -1.0, 1.0))
+    base_ev = math.log2(WHITE_LEVEL / metered_light(environment, turn_deg, seen))
+    most = MAX_EXPOSURE_SPREAD_EV
+    spread_ev = float(np.clip(rng.normal(0.0, EXPOSURE_SPREAD_EV), -most, most))
     return Light(environment, turn_deg, round(base_ev + spread_ev, EXPOSURE_DECIMALS))

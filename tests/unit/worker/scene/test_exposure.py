@@ -13,10 +13,10 @@ from hi5_common.domain.vocabulary import Environment
 from services.worker.compose.background import render_background
 from services.worker.hand.skin import posed_hand
 from services.worker.scene.environments import LUMINANCE, load_panorama, mean_luminance
-from services.worker.scene.exposure import Seen, lamps_of, light_on_hand
+from services.worker.scene.exposure import Seen, lamps_of, light_on_hand, metered_light
 from services.worker.scene.geometry import transformed
 from services.worker.scene.library import HandLibrary
-from services.worker.scene.sampling import WHITE_LEVEL, sample_scene
+from services.worker.scene.sampling import MAX_EXPOSURE_SPREAD_EV, WHITE_LEVEL, sample_scene
 from services.worker.scene.types import Array, Camera, Intrinsics
 
 LENS = Intrinsics(100.0, 100.0, 50.0, 50.0, 100, 100)
@@ -72,9 +72,24 @@ def test_the_seen_side_of_every_hand_is_lit_alike(tmp_path: Path) -> None:
         light = scene.light
         level = light_on_hand(light.environment, light.rotation_z_deg, seen)
         levels.append(level * 2.0**light.exposure_ev)
-    assert 0.49 * WHITE_LEVEL < min(levels) < 0.9 * WHITE_LEVEL
-    assert 1.1 * WHITE_LEVEL < max(levels) < 2.01 * WHITE_LEVEL
+    # In full light up to the spread above and below; against the light as much as halfway less.
+    most = 2.0**MAX_EXPOSURE_SPREAD_EV
+    assert 1.1 * WHITE_LEVEL < max(levels) < 1.01 * most * WHITE_LEVEL
+    assert 0.3 * WHITE_LEVEL / most < min(levels) < 0.9 * WHITE_LEVEL
     assert np.median(levels) == pytest.approx(WHITE_LEVEL, rel=0.3)
+
+
+def test_against_the_light_a_hand_is_lifted_halfway() -> None:
+    lamps = lamps_of(Environment.SUNSET)
+    sun = lamps.directions[lamps.irradiance.argmax()]
+    mean = mean_luminance(Environment.SUNSET)
+    bright, dark = _square_facing(sun), _square_facing(-sun)
+    on_dark = light_on_hand(Environment.SUNSET, 0.0, dark)
+    assert on_dark < mean < light_on_hand(Environment.SUNSET, 0.0, bright)
+    assert metered_light(Environment.SUNSET, 0.0, dark) == pytest.approx(math.sqrt(on_dark * mean))
+    assert metered_light(Environment.SUNSET, 0.0, bright) == light_on_hand(
+        Environment.SUNSET, 0.0, bright
+    )
 
 
 def test_a_hand_seen_from_its_bright_side_is_exposed_less() -> None:
