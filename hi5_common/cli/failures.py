@@ -71,7 +71,8 @@ def quiet_pipe() -> int:
 def _wrong_setting(detail: ErrorDetails) -> Problem:
     names = [f"{PREFIX}{str(part).upper()}" for part in detail["loc"]]
     value = detail["input"] if names else None
-    return Problem(".".join(names) or "settings", value, f"{detail['msg']}.")
+    said = detail["msg"].removeprefix("Value error, ")
+    return Problem(".".join(names) or "settings", value, f"{said}.")
 
 
 def _print_problem(problem: Problem) -> None:

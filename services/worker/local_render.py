@@ -27,7 +27,7 @@ from services.worker.outcome import failure_reason, write_atomically
 from services.worker.sample import Studio
 from services.worker.studio import open_studio
 
-FAILED, WRONG_INPUT = 1, 2
+FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
 LOG_NAME = "render.log"
 
 
@@ -66,6 +66,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Hi5Error as error:
         print(f"error: {error}", file=sys.stderr)  # noqa: T201  a command's own voice
         return WRONG_INPUT if isinstance(error, InvalidInput) else FAILED
+    except OSError as error:  # a folder that cannot be written, a disk that is full
+        place, reason = error.filename or asked.out, error.strerror or str(error)
+        print(f"error: {place}: {reason}: free or name another --out.", file=sys.stderr)  # noqa: T201
+        return WRONG_INPUT
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)  # noqa: T201
+        return INTERRUPTED
     summary = tally.summary(asked.out)
     answer.write(json.dumps(summary) + "\n" if asked.json else _in_words(summary))
     answer.flush()

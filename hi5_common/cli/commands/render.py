@@ -9,7 +9,7 @@ import typer
 
 from hi5_common.cli.options import JsonOption, SpecArgument
 from hi5_common.cli.stack.child import importing_us, python_module
-from hi5_common.settings import RendererName
+from hi5_common.settings import RendererName, Settings
 
 
 def render(
@@ -24,6 +24,7 @@ def render(
     as_json: JsonOption = False,
 ) -> None:
     """Render a spec here, without services: images/, labels.parquet and coco.json."""
+    Settings()  # refuses a wrong variable in this command's words
     arguments = [str(spec_path), f"--out={out}"]
     arguments += [f"--index={index}"] if index is not None else []
     arguments += [f"--renderer={renderer.value}"] if renderer is not None else []

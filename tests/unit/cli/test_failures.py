@@ -2,6 +2,7 @@ from pathlib import Path
 
 import pytest
 
+from hi5_common.cli import app
 from hi5_common.cli.stack.connection import Connection, announced
 from tests.unit.cli.command import Command
 
@@ -142,3 +143,27 @@ def test_an_idempotency_key_that_no_header_can_carry_is_refused(
     finished = hi5("submit", spec, "--url", CLOSED, f"--idempotency-key={key}")
     assert finished.code == 2
     assert "--idempotency-key" in finished.err
+
+
+def test_a_render_into_a_folder_that_cannot_be_made_is_told_in_words(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    spec, file = tmp_path / "spec.yaml", tmp_path / "file"
+    spec.write_text("count: 1\n")
+    file.write_text("")
+    monkeypatch.setattr("sys.argv", ["hi5", "render", str(spec), "--out", str(file)])
+    with pytest.raises(SystemExit) as ended:
+        app.main()
+    told = capfd.readouterr().err  # a process of its own speaks
+    assert ended.value.code == 2
+    assert f"{file}: File exists" in told
+    assert "Traceback" not in told
+
+
+def test_a_render_with_a_wrong_variable_is_told_in_words(
+    hi5: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HI5_RENDER_THREADS", "0")
+    finished = hi5("render", "spec.yaml", "--out", "out")
+    assert finished.code == 2
+    assert "HI5_RENDER_THREADS: 0" in finished.err
