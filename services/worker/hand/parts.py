@@ -38,7 +38,7 @@ def _finger(
 
 
 KEYPOINT_PARTS: tuple[tuple[HandPart, ...], ...] = (
-    (_P.FOREARM, _P.PALM),
+    (_P.FOREARM, _P.PALM, _P.THUMB_METACARPAL),  # the ball of the thumb begins at the wrist
     (_P.PALM, _P.THUMB_METACARPAL),
     (_P.THUMB_METACARPAL, _P.THUMB_PROXIMAL),
     (_P.THUMB_PROXIMAL, _P.THUMB_DISTAL),

@@ -17,11 +17,12 @@ from services.worker.label.projected import I8, ProjectedMesh
 from services.worker.label.projection import F8, NEAR_M, in_frame
 from services.worker.label.raster import barycentric
 
-_WRIST_MM = 45.0
+_WRIST_MM = 55.0
 _THUMB_MM = (35.0, 28.0, 24.0, 20.0)
 _FINGER_MM = (32.0, 23.0, 20.0, 18.0)
 OWN_FLESH_MM: tuple[float, ...] = (_WRIST_MM, *_THUMB_MM, *(_FINGER_MM * 4))
-"""How thick the flesh is at each keypoint: a large male hand's thickness there, plus a tenth."""
+"""How thick the flesh is at each keypoint: a large male hand's thickness there, plus a tenth; of
+the wrist a third more, so that it still shows over the heel of a hand that leans 30 degrees."""
 
 
 @dataclass(frozen=True)
