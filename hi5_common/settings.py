@@ -108,7 +108,7 @@ class Settings(BaseSettings):
     @property
     def resolved_store_url(self) -> str:
         """The object store asked for, or a folder in the data folder."""
-        return self.store_url or f"file://{self.data_dir / 'store'}"
+        return self.store_url or (self.data_dir / "store").absolute().as_uri()
 
     @property
     def health_dir(self) -> Path:

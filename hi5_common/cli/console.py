@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table
 
 out = Console(soft_wrap=True, highlight=False)
 err = Console(stderr=True, soft_wrap=True, highlight=False)
@@ -27,3 +29,10 @@ type Json = Mapping[str, Json] | Sequence[Json] | str | int | float | bool | Non
 def write_json(document: Json) -> None:
     """Print a document for scripts: indented, keys in the order given, one newline at the end."""
     sys.stdout.write(json.dumps(document, indent=2) + "\n")
+
+
+def print_table(table: Table) -> None:
+    """Print a table as wide as it is: an id cut to fit a terminal is of no use to a script."""
+    unlimited = out.options.update(max_width=10_000)
+    width = max(out.width, Measurement.get(out, unlimited, table).maximum)
+    Console(file=out.file, width=width, highlight=False).print(table)

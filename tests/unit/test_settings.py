@@ -1,8 +1,10 @@
+import hashlib
 from pathlib import Path
 
 import pytest
 
 from hi5_common.settings import RendererName, Settings
+from hi5_common.storage.open import open_store
 
 
 def test_one_machine_needs_no_settings(tmp_path: Path) -> None:
@@ -35,3 +37,10 @@ def test_a_secret_file_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatc
 def test_a_lease_must_be_renewable_in_time() -> None:
     with pytest.raises(ValueError, match="HI5_RENEW_S"):
         Settings(lease_s=60, renew_s=45)
+
+
+def test_a_data_folder_may_have_any_name(tmp_path: Path) -> None:
+    folder = tmp_path / "50%20 off #1?"
+    store = open_store(Settings(data_dir=folder))
+    store.put("key", b"data", hashlib.sha256(b"data").hexdigest())
+    assert (folder / "store" / "key").read_bytes() == b"data"

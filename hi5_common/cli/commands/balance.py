@@ -41,7 +41,7 @@ def print_balance(found: Balance, most_values: int | None = None) -> None:
         lines = [_span_line(single.cells)] if short else [_line(cell) for cell in single.cells]
         for number, line in enumerate(lines):
             table.add_row(single.attributes[0].value if number == 0 else "", *line)
-    console.out.print(table)
+    console.print_table(table)
     console.out.print(
         f"{found.delivered:,} of {found.count:,} images delivered. Furthest from an exact share, "
         f"over every value and pair: planned {found.worst_planned_deviation:.2f} images, "

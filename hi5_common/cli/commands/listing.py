@@ -4,6 +4,7 @@ import itertools
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 from rich.table import Table
 
 from hi5_common.cli import console
@@ -23,9 +24,9 @@ def list_datasets(
     if as_json:
         console.write_json([item.model_dump(mode="json") for item in found])
         return
-    table = Table("id", "name", "state", "images", "created", box=None)
+    table = Table("id", "state", "images", "created", "name", box=None, padding=(0, 1, 0, 0))
     for item in found:
         images = f"{item.progress.done:,}/{item.progress.count:,}"
-        created = item.created_at.strftime("%Y-%m-%d %H:%M")
-        table.add_row(str(item.id), item.name, item.status.value, images, created)
-    console.out.print(table)
+        created = item.created_at.strftime("%m-%d %H:%M")
+        table.add_row(str(item.id), item.status.value, images, created, escape(item.name))
+    console.print_table(table)

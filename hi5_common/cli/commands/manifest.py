@@ -49,7 +49,7 @@ def _print(first: Manifest, shards: list[ManifestShard]) -> None:
         lines = [(item.name, f"{item.size_bytes:,}", item.sha256[:16]) for item in shard.objects]
         for number, line in enumerate(lines or [("", "", "")]):
             table.add_row(*(head if number == 0 else ("",) * 3), str(shard.attempt), *line)
-    console.out.print(table)
+    console.print_table(table)
 
 
 def _state(shard: ManifestShard) -> str:
