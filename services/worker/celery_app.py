@@ -14,8 +14,8 @@ from celery import Celery, bootsteps, signals
 from hi5_common.logs import configure_logging
 from hi5_common.queue.celery_settings import celery_settings
 from hi5_common.settings import Settings
-from services.worker import drain
-from services.worker.heartbeat import Heartbeat
+from services.worker.fleet import drain
+from services.worker.fleet.heartbeat import Heartbeat
 
 BEAT_S = 5.0
 

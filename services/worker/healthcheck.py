@@ -4,7 +4,7 @@ import argparse
 import sys
 
 from hi5_common.settings import Settings
-from services.worker.heartbeat import Heartbeat
+from services.worker.fleet.heartbeat import Heartbeat
 
 
 def main(arguments: list[str]) -> int:

@@ -22,7 +22,7 @@ from hi5_common.queue.port import Doorbell
 from hi5_common.settings import Settings
 from hi5_common.storage.open import open_store
 from hi5_common.storage.port import ObjectStore
-from services.worker.heartbeat import Heartbeat
+from services.worker.fleet.heartbeat import Heartbeat
 
 log = logging.getLogger(__name__)
 

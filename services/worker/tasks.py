@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from hi5_common.domain.errors import TransientError
 from hi5_common.queue.port import RENDER_SHARD, hinted_shard
 from hi5_common.settings import Settings
-from services.worker import drain
 from services.worker.celery_app import app
+from services.worker.fleet import drain
 
 if TYPE_CHECKING:
-    from services.worker.shard_runner import ShardRunner
+    from services.worker.fleet.shard_runner import ShardRunner
 
 log = logging.getLogger(__name__)
 
@@ -35,7 +35,7 @@ def _runner() -> "ShardRunner":
     # Imported here, in a pool process: the main process stays free of threads.
     from hi5_common.db.engine import open_database
     from hi5_common.storage.open import open_store
-    from services.worker.shard_runner import ShardRunner
+    from services.worker.fleet.shard_runner import ShardRunner
 
     settings = Settings()
     return ShardRunner(

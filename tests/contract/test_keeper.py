@@ -17,7 +17,7 @@ from hi5_common.queue.errors import BrokerUnavailable
 from hi5_common.queue.memory import MemoryDoorbell
 from hi5_common.storage.open import memory_store
 from hi5_common.storage.port import ObjectStore
-from services.worker.heartbeat import Heartbeat
+from services.worker.fleet.heartbeat import Heartbeat
 from services.worker.keeper import Duty, Keeper
 from tests.support import factories
 from tests.support.runners import settings

@@ -17,7 +17,7 @@ from hi5_common.storage.errors import StoreUnavailable
 from hi5_common.storage.open import memory_store
 from hi5_common.storage.port import ObjectEntry, ObjectHead, ObjectStore
 from hi5_common.storage.publish import verify
-from services.worker.shard_runner import Outcome
+from services.worker.fleet.shard_runner import Outcome
 from tests.support import factories
 from tests.support.runners import runner
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from hi5_common.db.engine import Database
 from hi5_common.settings import Settings
 from hi5_common.storage.port import ObjectStore
-from services.worker.shard_runner import ShardRunner
+from services.worker.fleet.shard_runner import ShardRunner
 
 
 def settings(folder: Path, **changes: object) -> Settings:

@@ -16,8 +16,8 @@ from hi5_common.domain.records import DatasetStatus, ShardStatus
 from hi5_common.domain.sharding import ShardRange
 from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.domain.tallies import tally
-from services.worker.pack import PackedFile, pack
-from services.worker.shard_render import RenderedImage
+from services.worker.fleet.pack import PackedFile, pack
+from services.worker.fleet.shard_render import RenderedImage
 from tests.unit.export import factories
 
 ID = UUID(int=7)

@@ -20,17 +20,17 @@ from hi5_common.settings import Settings
 from hi5_common.storage.errors import StoreRefused, StoreUnavailable, WrongBytes
 from hi5_common.storage.port import ObjectStore
 from hi5_common.storage.publish import publish
-from services.worker.attempt_errors import (
+from services.worker.fleet.attempt_errors import (
     AttemptFailed,
     CancelRequested,
     DrainRequested,
     LeaseGone,
 )
-from services.worker.lease import Lease
-from services.worker.pack import PackedShard, pack
-from services.worker.render_process import RenderJob
-from services.worker.scratch import attempt_folder
-from services.worker.shard_render import Limits, ShardRender
+from services.worker.fleet.lease import Lease
+from services.worker.fleet.pack import PackedShard, pack
+from services.worker.fleet.render_process import RenderJob
+from services.worker.fleet.scratch import attempt_folder
+from services.worker.fleet.shard_render import Limits, ShardRender
 
 log = logging.getLogger(__name__)
 

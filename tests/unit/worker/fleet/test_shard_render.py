@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from hi5_common.domain.retry import FailureKind
-from services.worker.attempt_errors import AttemptFailed, DrainRequested, LeaseGone
-from services.worker.child_events import ProtocolError, parse_event
-from services.worker.render_process import RenderJob, RenderProcess, clean_environment
-from services.worker.shard_render import Limits, RenderedImage, ShardRender
+from services.worker.fleet.attempt_errors import AttemptFailed, DrainRequested, LeaseGone
+from services.worker.fleet.child_events import ProtocolError, parse_event
+from services.worker.fleet.render_process import RenderJob, RenderProcess, clean_environment
+from services.worker.fleet.shard_render import Limits, RenderedImage, ShardRender
 
 STAND_IN = (sys.executable, "-m", "tests.support.stand_in_child")
 

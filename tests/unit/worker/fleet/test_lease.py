@@ -13,8 +13,8 @@ from hi5_common.db.errors import DatabaseUnavailable, LeaseLost
 from hi5_common.db.shards import RenewAnswer
 from hi5_common.domain.records import Shard, ShardStatus
 from hi5_common.settings import Settings
-from services.worker.attempt_errors import CancelRequested, LeaseGone
-from services.worker.lease import Lease
+from services.worker.fleet.attempt_errors import CancelRequested, LeaseGone
+from services.worker.fleet.lease import Lease
 
 SHARD = Shard(UUID(int=1), UUID(int=2), 0, 0, 2, ShardStatus.LEASED, 1, 0, "w", None, None, None)
 

@@ -1,8 +1,8 @@
 import os
 from pathlib import Path
 
-from services.worker import drain
-from services.worker.drain import DrainFlag
+from services.worker.fleet import drain
+from services.worker.fleet.drain import DrainFlag
 
 
 def test_the_flag_is_a_file_named_in_the_environment() -> None:

@@ -2,7 +2,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from services.worker.scratch import attempt_folder
+from services.worker.fleet.scratch import attempt_folder
 
 
 def test_the_folder_goes_with_its_attempt(tmp_path: Path) -> None:
@@ -15,7 +15,7 @@ def test_the_folder_goes_with_its_attempt(tmp_path: Path) -> None:
 def test_a_killed_owners_folder_is_removed_by_the_next(tmp_path: Path) -> None:
     script = (
         "import os, pathlib, signal, sys\n"
-        "from services.worker.scratch import attempt_folder\n"
+        "from services.worker.fleet.scratch import attempt_folder\n"
         "with attempt_folder(pathlib.Path(sys.argv[1])) as folder:\n"
         "    (folder / 'image').touch()\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"

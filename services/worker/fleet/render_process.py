@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from services.worker.child_events import ChildEvent, parse_event
+from services.worker.fleet.child_events import ChildEvent, parse_event
 
 EVENTS_FD = 3
 _KEPT = ("PATH", "LANG", "LD_LIBRARY_PATH", "CUDA_VISIBLE_DEVICES", "CUDA_CACHE_PATH")

@@ -17,8 +17,8 @@ from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.retry import FailureKind
 from hi5_common.export.label_table import write_label_table
-from services.worker.attempt_errors import AttemptFailed
-from services.worker.shard_render import RenderedImage
+from services.worker.fleet.attempt_errors import AttemptFailed
+from services.worker.fleet.shard_render import RenderedImage
 
 _HEADER_BYTES = tarfile.BLOCKSIZE  # USTAR: one block, as long as names are short
 

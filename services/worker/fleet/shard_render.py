@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from hi5_common.domain.retry import FailureKind
-from services.worker import child_events
-from services.worker.attempt_errors import AttemptFailed, DrainRequested
-from services.worker.child_events import AllDone, ImageRefused, ImageRendered, Ready
-from services.worker.render_process import ChildGone, RenderJob, RenderProcess
+from services.worker.fleet import child_events
+from services.worker.fleet.attempt_errors import AttemptFailed, DrainRequested
+from services.worker.fleet.child_events import AllDone, ImageRefused, ImageRendered, Ready
+from services.worker.fleet.render_process import ChildGone, RenderJob, RenderProcess
 
 log = logging.getLogger(__name__)
 

@@ -11,7 +11,7 @@ from hi5_common.db.engine import Database
 from hi5_common.domain.errors import TransientError
 from hi5_common.domain.records import Shard
 from hi5_common.settings import Settings
-from services.worker.attempt_errors import CancelRequested, LeaseGone
+from services.worker.fleet.attempt_errors import CancelRequested, LeaseGone
 
 log = logging.getLogger(__name__)
 

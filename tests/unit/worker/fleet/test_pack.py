@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from hi5_common.export.label_table import read_label_table
-from services.worker.attempt_errors import AttemptFailed
-from services.worker.pack import PackedShard, pack
-from services.worker.shard_render import RenderedImage
+from services.worker.fleet.attempt_errors import AttemptFailed
+from services.worker.fleet.pack import PackedShard, pack
+from services.worker.fleet.shard_render import RenderedImage
 from tests.unit.export.factories import label
 
 
