@@ -51,3 +51,9 @@ class IdempotencyConflict(InvalidInput):
 
 class WrongCount(PermanentError):
     """A publication does not hold as many images as its shard has indices."""
+
+
+class UnknownRevision(PermanentError):
+    """The database is at a revision that this hi5 does not know: it was made by a newer one.
+    Run that version, or name another database in HI5_DATABASE_URL.
+    """

@@ -2,15 +2,18 @@
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
+from alembic.util import CommandError
 from sqlalchemy import Connection, text
 
+from hi5_common.db import errors
 from hi5_common.db.engine import make_write_ahead, open_database, reached
 from hi5_common.settings import Settings
 
@@ -64,9 +67,18 @@ def _run(url: str, act: Callable[[Config], None]) -> None:
             make_write_ahead(database.engine)
             with database.engine.begin() as connection:
                 _exclude_others(connection)
-                act(_config(connection))
+                with _known_revisions():
+                    act(_config(connection))
     finally:
         database.dispose()
+
+
+@contextmanager
+def _known_revisions() -> Iterator[None]:
+    try:
+        yield
+    except CommandError as error:
+        raise errors.UnknownRevision(f"{errors.UnknownRevision.__doc__} ({error})") from error
 
 
 def _exclude_others(connection: Connection) -> None:

@@ -100,7 +100,10 @@ def _open(path: Path) -> pq.ParquetFile:
     found = (table.schema_arrow.metadata or {}).get(b"format", b"").decode()
     if found != FORMAT or not table.schema_arrow.equals(SCHEMA):
         table.close()
-        raise NotALabelTable(f"{path} has format {found or 'unknown'!r}; this hi5 reads {FORMAT}.")
+        remedy = "Download or render the dataset with this version."
+        raise NotALabelTable(
+            f"{path} has format {found or 'unknown'!r}; this hi5 reads {FORMAT}. {remedy}"
+        )
     return table
 
 

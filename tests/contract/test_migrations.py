@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
-from sqlalchemy import inspect
+from sqlalchemy import inspect, text
 
 from hi5_common.db import datasets, deliveries, errors, migrate, shards
 from hi5_common.db.engine import open_database
@@ -77,3 +77,13 @@ def test_a_database_without_tables_says_what_to_do(database_url: str) -> None:
     with pytest.raises(errors.DatabaseOutdated, match="migrate"), database.snapshot() as session:
         datasets.page(session, 1)
     database.dispose()
+
+
+def test_a_database_of_a_newer_version_says_what_to_do(database_url: str) -> None:
+    migrate.upgrade(database_url)
+    database = open_database(database_url)
+    with database.engine.begin() as connection:
+        connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    database.dispose()
+    with pytest.raises(errors.UnknownRevision, match="made by a newer one"):
+        migrate.upgrade(database_url)
