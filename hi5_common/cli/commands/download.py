@@ -49,15 +49,20 @@ def download(
 
 
 def fetch(source: DatasetSource, out: Path, *, images: bool) -> Downloaded:
-    """Download what is published with a progress bar and put the exports beside it."""
+    """Download what is published with a progress bar and put the exports beside it.
+
+    Raises ShardsLost once everything that can be read is there.
+    """
     shards = downloads.published(source)
     columns = (TextColumn("download"), BarColumn(), DownloadColumn(), TransferSpeedColumn())
     with Progress(*columns, console=console.err) as bar:
         task = bar.add_task("", total=downloads.size_of(shards))
-        done = downloads.fetch_shards(
+        arrived, lost = downloads.fetch_readable(
             source, shards, out, lambda size_bytes: bar.advance(task, size_bytes)
         )
-    downloads.assemble(source, shards, out)
+    downloads.assemble(source, arrived, out)
     if images:
-        downloads.unpack(shards, out)
-    return done
+        downloads.unpack(arrived, out)
+    if lost:
+        raise downloads.ShardsLost(lost)
+    return downloads.downloaded(arrived)

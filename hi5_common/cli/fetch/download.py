@@ -7,7 +7,7 @@ from pathlib import Path
 from hi5_common.cli.failures import OutcomeError
 from hi5_common.cli.fetch import verified
 from hi5_common.cli.fetch.shard_files import shard_files
-from hi5_common.cli.fetch.source import DatasetSource
+from hi5_common.cli.fetch.source import DatasetSource, ObjectGone
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.manifest import ManifestShard
 from hi5_common.domain.records import ShardStatus
@@ -23,6 +23,18 @@ SPEC = "spec.json"
 
 class NothingPublished(OutcomeError):
     """No shard of the dataset is published yet. `hi5 watch` shows how far it is."""
+
+
+class ShardsLost(OutcomeError):
+    """Some published shards could not be read; all others were downloaded."""
+
+    def __init__(self, reasons: dict[int, str]) -> None:
+        self.reasons = reasons
+        shards = "; ".join(f"shard {number}: {why}" for number, why in reasons.items())
+        super().__init__(
+            f"{len(reasons)} shards could not be downloaded; all others were. {shards} "
+            "Run it again; if that does not help, `hi5 audit` names every damaged object."
+        )
 
 
 @dataclass(frozen=True)
@@ -50,19 +62,45 @@ def fetch_shards(
 ) -> Downloaded:
     """Fetch each shard's objects into root/shards/, skipping what is there and verified."""
     for shard in shards:
-        folder = shard_files(root, shard).folder
-        folder.mkdir(parents=True, exist_ok=True)
-        for item in shard.objects:
-            target = folder / item.name
-            if verified.is_verified(target, item):
-                seen(item.size_bytes)
-            else:
-                verified.fetch(source.stream(shard, item), target, item, seen)
-    return Downloaded(
-        shards=len(shards),
-        images=sum(shard.stop - shard.start for shard in shards),
-        size_bytes=size_of(shards),
-    )
+        _fetch_shard(source, shard, root, seen)
+    return downloaded(shards)
+
+
+def fetch_readable(
+    source: DatasetSource,
+    shards: Sequence[ManifestShard],
+    root: Path,
+    seen: Callable[[int], None] = lambda _bytes: None,
+) -> tuple[list[ManifestShard], dict[int, str]]:
+    """Fetch like fetch_shards, past damaged shards: return what arrived, and why others did not."""
+    arrived: list[ManifestShard] = []
+    lost: dict[int, str] = {}
+    for shard in shards:
+        try:
+            _fetch_shard(source, shard, root, seen)
+            arrived.append(shard)
+        except (ObjectGone, verified.WrongDownload) as error:
+            lost[shard.number] = str(error)
+    return arrived, lost
+
+
+def downloaded(shards: Sequence[ManifestShard]) -> Downloaded:
+    """Add up shards that lie in the folder."""
+    images = sum(shard.stop - shard.start for shard in shards)
+    return Downloaded(shards=len(shards), images=images, size_bytes=size_of(shards))
+
+
+def _fetch_shard(
+    source: DatasetSource, shard: ManifestShard, root: Path, seen: Callable[[int], None]
+) -> None:
+    folder = shard_files(root, shard).folder
+    folder.mkdir(parents=True, exist_ok=True)
+    for item in shard.objects:
+        target = folder / item.name
+        if verified.is_verified(target, item):
+            seen(item.size_bytes)
+        else:
+            verified.fetch(source.stream(shard, item), target, item, seen)
 
 
 def size_of(shards: Sequence[ManifestShard]) -> int:

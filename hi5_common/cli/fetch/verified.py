@@ -40,7 +40,7 @@ def fetch(
         partial.unlink()
         raise WrongDownload(
             f"{expected.key}: {size_bytes} bytes with SHA-256 {digest.hexdigest()} arrived; the "
-            f"manifest says {expected.size_bytes} bytes with {expected.sha256}. Run it again."
+            f"manifest says {expected.size_bytes} bytes with {expected.sha256}."
         )
     partial.replace(path)
 

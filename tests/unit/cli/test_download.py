@@ -3,8 +3,9 @@ from pathlib import Path
 
 import pytest
 
+from hi5_common.cli.commands.download import fetch
 from hi5_common.cli.fetch import download
-from hi5_common.cli.fetch.download import NothingPublished
+from hi5_common.cli.fetch.download import NothingPublished, ShardsLost
 from hi5_common.cli.fetch.verified import WrongDownload
 from hi5_common.domain.records import ShardStatus
 from hi5_common.export.label_table import read_label_table
@@ -55,6 +56,20 @@ def test_wrong_bytes_never_get_a_name(tmp_path: Path) -> None:
     with pytest.raises(WrongDownload, match=r"samples\.tar"):
         fetched(dataset, tmp_path)
     assert list((tmp_path / "shards" / "000000").iterdir()) == []
+
+
+def test_a_lost_and_a_damaged_shard_do_not_keep_the_others_back(tmp_path: Path) -> None:
+    dataset = published(7)
+    damaged, gone = dataset.rows[1].objects[0].key, dataset.rows[2].objects[1].key
+    dataset.objects[damaged] += b"more"
+    del dataset.objects[gone]
+    with pytest.raises(ShardsLost, match="hi5 audit") as caught:
+        fetch(dataset, tmp_path, images=True)
+    assert set(caught.value.reasons) == {1, 2}
+    assert damaged in str(caught.value)
+    images = sorted(path.name for path in (tmp_path / "images").iterdir())
+    assert images == [f"{index:09d}.jpg" for index in (0, 1, 6)]
+    assert [one.index for one in read_label_table(tmp_path / "labels.parquet")] == [0, 1, 6]
 
 
 def test_only_published_shards_are_downloaded(tmp_path: Path) -> None:
