@@ -14,8 +14,8 @@ SECONDS_PER_MEGAPIXEL = {
     Quality.REFERENCE: 200.0,
 }
 SECONDS_PER_IMAGE = 0.4
-"""Estimates for two CPU cores: standard from `hi5 render --json` at 320 and 640 pixels, the others by
-their samples. Only the size of shards depends on them, never an image."""
+"""Estimates for two CPU cores: standard from `hi5 render --json` at 320 and 640 pixels, the others
+by their samples. Only the size of shards depends on them, never an image."""
 
 
 @dataclass(frozen=True)
