@@ -1,10 +1,11 @@
 """How even plans are, and how long planning takes.
 
-    .venv/bin/python benchmarks/plan_evenness.py [--specs 600]
+    .venv/bin/python benchmarks/plan_evenness.py [--specs 600] [--sizes 300]
 
 Prints, for equal shares of every value at several sizes, the joint cells' smallest and largest
 counts, the furthest that any pair of values is from its expectation in images, and the seconds to
-plan; then the furthest pair over random specs with lists and skewed maps of exact counts.
+plan; then how far pairs get over random sizes with equal shares, and over random specs with lists
+and skewed maps of exact counts.
 """
 
 import argparse
@@ -19,14 +20,16 @@ from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.domain.vocabulary import VALUES, Attribute
 
-SIZES = (12, 24, 100, 1000, 4224, 10_000, 25_344, 100_000, 583_000, 100_000_000)
+SIZES = (12, 24, 100, 144, 1000, 4224, 10_000, 25_344, 100_000, 583_000, 100_000_000)
 
 
 def main() -> None:
     """Run both measurements."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--specs", type=int, default=600)
-    specs = parser.parse_args().specs
+    parser.add_argument("--sizes", type=int, default=300)
+    asked = parser.parse_args()
+    specs = asked.specs
     print(f"plan {ALGORITHM}, Python {platform.python_version()}, numpy {np.__version__}")
     print("      images  joint cells  furthest pair  seconds")
     for count in SIZES:
@@ -35,10 +38,27 @@ def main() -> None:
         seconds = time.perf_counter() - started
         low, high = plan.joint_extremes()
         print(f"{count:12,}  {low:5,}-{high:<5,}  {furthest_pair(plan):13.2f}  {seconds:7.3f}")
+    report_sizes(asked.sizes)
     found = sorted(furthest_pair(Plan.of(random_spec(seed))) for seed in range(specs))
     middle, ninth, worst = found[len(found) // 2], found[len(found) * 9 // 10], found[-1]
     print(f"{specs} random specs (seeds 0..{specs - 1}), furthest pair: ", end="")
     print(f"median {middle:.2f}, nine in ten below {ninth:.2f}, worst {worst:.2f}")
+
+
+def report_sizes(sizes: int) -> None:
+    """Print how many sizes between 3 and a million keep every pair within one image."""
+    rng = factor_rng(0, 0, "benchmark/sizes")
+    plans = [
+        Plan.of(parse_spec({"count": int(10 ** rng.uniform(0.5, 6)), "seed": seed}))
+        for seed in range(sizes)
+    ]
+    pairs = [furthest_pair(plan) for plan in plans]
+    beyond = sum(pair > 1.0 + 1e-6 for pair in pairs)
+    uneven = sum(high - low > 1 for low, high in (plan.joint_extremes() for plan in plans))
+    print(
+        f"{sizes} random sizes, equal shares: {beyond} with a pair over 1.00 images off, ", end=""
+    )
+    print(f"worst {max(pairs):.2f}; {uneven} with joint cells over one image apart")
 
 
 def furthest_pair(plan: Plan) -> float:

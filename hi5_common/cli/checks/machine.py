@@ -16,13 +16,13 @@ _BPY_PROBE = "import bpy; print('Blender', bpy.app.version_string)"
 _DEVICE_PROBE = """
 import bpy
 preferences = bpy.context.preferences.addons["cycles"].preferences
-names = {"CPU"}
+names, silent = {"CPU"}, []
 for kind in ("CUDA", "OPTIX", "HIP", "ONEAPI"):
     try:
         names |= {device.type for device in preferences.get_devices_for_type(kind)}
-    except Exception:
-        pass
-print(", ".join(sorted(names)))
+    except Exception as error:
+        silent.append(f"{kind} could not be asked: {error}")
+print("; ".join([", ".join(sorted(names)), *silent]))
 """
 
 
