@@ -5,18 +5,14 @@ that add up; what is delivered grows towards the plan. Two deviations say how fa
 in images: planned from requested, and delivered from the plan's share of what is delivered so far.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from itertools import combinations, product
 
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.spec import DatasetSpec, StrictModel
 from hi5_common.domain.tallies import pair_key, value_key
-from hi5_common.domain.vocabulary import VALUES, Attribute
-
-AttributePair = tuple[Attribute, Attribute]
-PAIRS: tuple[AttributePair, ...] = tuple(combinations(Attribute, 2))
-"""Every pair of attributes, in planning order."""
+from hi5_common.domain.vocabulary import Attribute
 
 
 class CellBalance(StrictModel):
@@ -50,20 +46,22 @@ class Balance(StrictModel):
 
 def requested_counts(spec: DatasetSpec, attribute: Attribute) -> dict[str, float]:
     """Return how many images of each value the spec asks for, in canonical order."""
-    request = spec.attributes[attribute]
+    request, asked = spec.attributes[attribute], spec.values_of(attribute)
     if isinstance(request, dict):
-        return {value: float(request[value]) for value in VALUES[attribute] if value in request}
-    asked = [value for value in VALUES[attribute] if request is None or value in request]
+        return {value: float(request[value]) for value in asked}
     return dict.fromkeys(asked, spec.count / len(asked))
 
 
-def balance_of(
-    plan: Plan, delivered: Tallies, delivered_images: int, pairs: Iterable[AttributePair] = PAIRS
-) -> Balance:
-    """Set the plan and the tallies of `delivered_images` published images side by side."""
+def balance_of(plan: Plan, delivered: Tallies, delivered_images: int) -> Balance:
+    """Set the plan and the tallies of `delivered_images` published images side by side.
+
+    Pairs are of the attributes that the plan crosses: the others have one value.
+    """
     share = delivered_images / plan.count
     singles = tuple(_value_table(plan, attribute, delivered, share) for attribute in Attribute)
-    crossed = tuple(_pair_table(plan, a, b, delivered, share) for a, b in pairs)
+    crossed = tuple(
+        _pair_table(plan, a, b, delivered, share) for a, b in combinations(plan.crossed, 2)
+    )
     tables = singles + crossed
     return Balance(
         count=plan.count,

@@ -69,7 +69,9 @@ class ImageLabel(Frozen):
     """The whole label of image `index`. A kind of label that was not asked for is None.
 
     box and mask are of everything rendered, hand and forearm; hand_box and hand_mask end at the
-    wrist. Boxes are of the surface, hidden or not; masks of what shows.
+    wrist. Boxes are of the surface, hidden or not; masks of what shows. affect is what the pose
+    implies (`affect.py`). attributes hold what the image was asked to be: of a shape factor the
+    band that its number under `scene` was drawn from.
     """
 
     index: int
@@ -77,6 +79,7 @@ class ImageLabel(Frozen):
     width_px: int
     height_px: int
     attributes: dict[Attribute, str]
+    affect: str
     camera: CameraLabel
     keypoints: tuple[Keypoint, ...] | None
     box: Box | None

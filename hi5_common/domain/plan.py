@@ -9,8 +9,9 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
-from typing import Self
+from enum import StrEnum
+from functools import cached_property, lru_cache
+from typing import Any, Self
 
 import numpy as np
 
@@ -20,14 +21,15 @@ from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.sharding import ShardRange, images_per_shard, shard_ranges
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.vocabulary import (
-    VALUES,
     Attribute,
-    Environment,
     Gender,
     Handedness,
+    NailPolish,
     Pose,
-    SkinTone,
+    Ring,
+    Sleeve,
     Viewpoint,
+    WristWear,
 )
 
 ALGORITHM = "tree-2"
@@ -36,14 +38,28 @@ CHUNK = 1 << 14
 
 @dataclass(frozen=True)
 class Cell:
-    """The attribute values of one image."""
+    """The attribute values of one image, fields in planning order.
+
+    skin_tone is a name or a number of degrees (`skin_tone_ita_deg` reads both), environment the id
+    of a place, and the shape factors are bands (`parse_band`) that the scene draws from.
+    """
 
     gender: Gender
-    skin_tone: SkinTone
+    skin_tone: str
     pose: Pose
-    environment: Environment
+    environment: str
     handedness: Handedness
     viewpoint: Viewpoint
+    age: str
+    weight: str
+    muscle: str
+    finger_length: str
+    finger_thickness: str
+    hand_scale: str
+    ring: Ring
+    wrist_wear: WristWear
+    nail_polish: NailPolish
+    sleeve: Sleeve
 
     def as_dict(self) -> dict[Attribute, str]:
         """Return the values by attribute, in planning order."""
@@ -60,10 +76,15 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Every image's cell, with exact counts. Memory does not grow with the number of images."""
+    """Every image's cell, with exact counts. Memory does not grow with the number of images.
+
+    path (joint cells, attributes) holds value numbers of the attributes in `crossed`; the others
+    have one value. ends (joint cells,) are running sums of the joint cells' sizes.
+    """
 
     spec: DatasetSpec
     levels: dict[Attribute, Level]
+    crossed: tuple[Attribute, ...]
     path: Ints
     ends: Ints
     step: int
@@ -73,9 +94,10 @@ class Plan:
     def of(cls, spec: DatasetSpec) -> Self:
         """Plan a spec. The same spec gives the same plan everywhere."""
         levels = {attribute: _level(spec, attribute) for attribute in Attribute}
-        path, size = _fair_cells(tuple(tuple(lv.counts.tolist()) for lv in levels.values()))
+        crossed = spec.balanced()
+        path, size = _fair_cells(tuple(tuple(levels[a].counts.tolist()) for a in crossed))
         offset = int(factor_rng(spec.seed, 0, "plan/offset").integers(spec.count))
-        return cls(spec, levels, path, np.cumsum(size), _golden_step(spec.count), offset)
+        return cls(spec, levels, crossed, path, np.cumsum(size), _golden_step(spec.count), offset)
 
     @property
     def count(self) -> int:
@@ -98,28 +120,33 @@ class Plan:
     def cells(self, start: int = 0, stop: int | None = None) -> Iterator[Cell]:
         """Yield the cells of images start..stop-1 in index order."""
         stop = self.count if stop is None else min(stop, self.count)
+        order = list(Attribute)
+        fields: list[Any] = [self._words[attribute][0] for attribute in order]
+        columns = [(order.index(name), self._words[name]) for name in self.crossed]
         for low in range(start, stop, CHUNK):
             indices = np.arange(low, min(low + CHUNK, stop), dtype=np.int64)
             positions = (indices * self.step + self.offset) % self.count
             rows = np.searchsorted(self.ends, positions, side="right")
             for row in self.path[rows].tolist():
-                yield _cell(*map(_pick, self.levels.values(), row))
+                for (place, words), number in zip(columns, row, strict=True):
+                    fields[place] = words[number]
+                yield Cell(*fields)
 
     def value_counts(self, attribute: Attribute) -> dict[str, int]:
         """Return the exact number of images of each requested value, in canonical order."""
         level = self.levels[attribute]
         counts = dict(zip(level.values, level.counts.tolist(), strict=True))
-        return {value: counts[value] for value in VALUES[attribute] if value in counts}
+        return {value: counts[value] for value in self.spec.values_of(attribute)}
 
     def pair_counts(self, a: Attribute, b: Attribute) -> dict[tuple[str, str], int]:
         """Return the exact number of images of each pair of requested values."""
-        order = list(self.levels)
         level_a, level_b = self.levels[a], self.levels[b]
         table = np.zeros((len(level_a.values), len(level_b.values)), np.int64)
-        np.add.at(table, (self.path[:, order.index(a)], self.path[:, order.index(b)]), self._sizes)
-        rows, columns = level_a.values.index, level_b.values.index
-        pairs = itertools.product(self.value_counts(a), self.value_counts(b))
-        return {(x, y): int(table[rows(x), columns(y)]) for x, y in pairs}
+        np.add.at(table, (self._column(a), self._column(b)), self._sizes)
+        rows = {value: number for number, value in enumerate(level_a.values)}
+        columns = {value: number for number, value in enumerate(level_b.values)}
+        pairs = itertools.product(self.spec.values_of(a), self.spec.values_of(b))
+        return {(x, y): int(table[rows[x], columns[y]]) for x, y in pairs}
 
     def joint_extremes(self) -> tuple[int, int]:
         """Return the smallest and the largest count of a joint cell that the spec asks for."""
@@ -127,9 +154,35 @@ class Plan:
         sizes = self._sizes
         return (0 if sizes.size < asked else int(sizes.min())), int(sizes.max())
 
+    def _column(self, attribute: Attribute) -> Ints:
+        """Return the value number of every joint cell (joint cells,)."""
+        if attribute not in self.crossed:
+            return np.zeros(len(self.path), np.int64)
+        return self.path[:, self.crossed.index(attribute)]
+
+    @cached_property
+    def _words(self) -> dict[Attribute, tuple[str, ...]]:
+        """Return the values of every attribute, as members of their enumeration."""
+        return {
+            attribute: tuple(map(_ENUMERATIONS.get(attribute, str), level.values))
+            for attribute, level in self.levels.items()
+        }
+
     @cached_property
     def _sizes(self) -> Ints:
         return np.diff(self.ends, prepend=0)
+
+
+_ENUMERATIONS: dict[Attribute, type[StrEnum]] = {
+    Attribute.GENDER: Gender,
+    Attribute.POSE: Pose,
+    Attribute.HANDEDNESS: Handedness,
+    Attribute.VIEWPOINT: Viewpoint,
+    Attribute.RING: Ring,
+    Attribute.WRIST_WEAR: WristWear,
+    Attribute.NAIL_POLISH: NailPolish,
+    Attribute.SLEEVE: Sleeve,
+}
 
 
 @lru_cache(maxsize=16)
@@ -142,19 +195,13 @@ def _fair_cells(counts: tuple[tuple[int, ...], ...]) -> tuple[Ints, Ints]:
 
 def _level(spec: DatasetSpec, attribute: Attribute) -> Level:
     """Resolve a request into counts; the seed decides who is first where equal shares tie."""
-    request = spec.attributes[attribute]
+    request, asked = spec.attributes[attribute], spec.values_of(attribute)
     if isinstance(request, dict):
-        asked = [value for value in VALUES[attribute] if value in request]
-        return Level(tuple(asked), np.array([request[value] for value in asked], np.int64))
-    asked = [value for value in VALUES[attribute] if request is None or value in request]
+        return Level(asked, np.array([request[value] for value in asked], np.int64))
     rng = factor_rng(spec.seed, 0, f"plan/{attribute.value}")
     shuffled = tuple(asked[i] for i in rng.permutation(len(asked)))
     share, extra = divmod(spec.count, len(shuffled))
     return Level(shuffled, share + (np.arange(len(shuffled)) < extra).astype(np.int64))
-
-
-def _pick(level: Level, number: int) -> str:
-    return level.values[number]
 
 
 def _golden_step(count: int) -> int:
@@ -163,15 +210,3 @@ def _golden_step(count: int) -> int:
     while math.gcd(step, count) != 1:
         step += 1
     return step
-
-
-@cache
-def _cell(gender: str, tone: str, pose: str, environment: str, hand: str, view: str) -> Cell:
-    return Cell(
-        Gender(gender),
-        SkinTone(tone),
-        Pose(pose),
-        Environment(environment),
-        Handedness(hand),
-        Viewpoint(view),
-    )

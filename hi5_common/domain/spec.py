@@ -13,7 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from hi5_common.domain import spec_errors
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.spec_errors import ProblemsFound
-from hi5_common.domain.vocabulary import VALUES, Attribute
+from hi5_common.domain.values import in_order
+from hi5_common.domain.vocabulary import ALWAYS_BALANCED, DEFAULTS, VALUES, Attribute
 
 MAX_COUNT = 1_000_000_000
 MAX_SIDE_PX = 8192
@@ -77,6 +78,16 @@ class AttributeRequests(StrictModel):
     environment: Request = None
     handedness: Request = None
     viewpoint: Request = None
+    age: Request = None
+    weight: Request = None
+    muscle: Request = None
+    finger_length: Request = None
+    finger_thickness: Request = None
+    hand_scale: Request = None
+    ring: Request = None
+    wrist_wear: Request = None
+    nail_polish: Request = None
+    sleeve: Request = None
 
     @pydantic.field_validator("*", mode="before")
     @classmethod
@@ -122,6 +133,19 @@ class DatasetSpec(StrictModel):
         if problems:
             raise ProblemsFound(problems)
         return self
+
+    def values_of(self, attribute: Attribute) -> tuple[str, ...]:
+        """Return the values asked for, in canonical order, those of no images included."""
+        request = self.attributes[attribute]
+        return DEFAULTS[attribute] if request is None else tuple(in_order(attribute, request))
+
+    def balanced(self) -> tuple[Attribute, ...]:
+        """Return the attributes that tables cross: the first six, and others with a choice."""
+        return tuple(
+            attribute
+            for attribute in Attribute
+            if attribute in ALWAYS_BALANCED or len(self.values_of(attribute)) > 1
+        )
 
     def canonical_json(self) -> str:
         """Return the spec as JSON with sorted keys: the same spec always gives the same text."""

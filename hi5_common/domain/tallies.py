@@ -20,14 +20,16 @@ def pair_key(first: tuple[Attribute, str], second: tuple[Attribute, str]) -> str
     return f"{value_key(*first)}&{value_key(*second)}"
 
 
-def tally(cells: Iterable[Mapping[Attribute, str]]) -> Tallies:
-    """Count the values and pairs of values of a number of images."""
+def tally(cells: Iterable[Mapping[Attribute, str]], crossed: Iterable[Attribute]) -> Tallies:
+    """Count the values of a number of images, and the pairs of values of the crossed attributes."""
+    among = frozenset(crossed)
     values: Counter[str] = Counter()
     pairs: Counter[str] = Counter()
     for cell in cells:
         ordered = [(attribute, str(cell[attribute])) for attribute in Attribute]
         values.update(value_key(*item) for item in ordered)
-        pairs.update(pair_key(a, b) for a, b in combinations(ordered, 2))
+        choices = [item for item in ordered if item[0] in among]
+        pairs.update(pair_key(a, b) for a, b in combinations(choices, 2))
     return Tallies(dict(values), dict(pairs))
 
 

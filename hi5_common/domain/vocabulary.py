@@ -4,6 +4,9 @@ from collections.abc import Mapping
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
 
+from hi5_common.domain.bands import ShapeRange
+from hi5_common.domain.environments import CATALOGUE
+
 
 class Gender(StrEnum):
     """The shape family a hand is drawn from."""
@@ -72,19 +75,6 @@ class Pose(StrEnum):
     PROM_WAVE = "prom_wave"
 
 
-class Environment(StrEnum):
-    """The CC0 panoramas that travel inside the bpy wheel."""
-
-    CITY = "city"
-    COURTYARD = "courtyard"
-    FOREST = "forest"
-    INTERIOR = "interior"
-    NIGHT = "night"
-    STUDIO = "studio"
-    SUNRISE = "sunrise"
-    SUNSET = "sunset"
-
-
 class Handedness(StrEnum):
     """Which hand: a left one is mirrored geometry, never a mirrored picture."""
 
@@ -100,8 +90,47 @@ class Viewpoint(StrEnum):
     THIRD_PERSON = "third_person"
 
 
+class Ring(StrEnum):
+    """What sits on a finger."""
+
+    NONE = "none"
+    BAND = "band"
+    GEM = "gem"
+
+
+class WristWear(StrEnum):
+    """What sits around the wrist."""
+
+    NONE = "none"
+    BRACELET = "bracelet"
+    WATCH = "watch"
+
+
+class NailPolish(StrEnum):
+    """The colour family of nail polish; each hand's colour is drawn near it."""
+
+    NONE = "none"
+    CLEAR = "clear"
+    RED = "red"
+    PINK = "pink"
+    DARK = "dark"
+
+
+class Sleeve(StrEnum):
+    """What the forearm ends in."""
+
+    NONE = "none"
+    SHIRT = "shirt"
+    KNIT = "knit"
+    JACKET = "jacket"
+
+
 class Attribute(StrEnum):
-    """What a dataset is balanced over, in planning order."""
+    """What a dataset is balanced over, in planning order.
+
+    The first six are the paper's and always balanced over all they can be; the others keep one
+    value each unless a spec names more.
+    """
 
     GENDER = "gender"
     SKIN_TONE = "skin_tone"
@@ -109,19 +138,66 @@ class Attribute(StrEnum):
     ENVIRONMENT = "environment"
     HANDEDNESS = "handedness"
     VIEWPOINT = "viewpoint"
+    AGE = "age"
+    WEIGHT = "weight"
+    MUSCLE = "muscle"
+    FINGER_LENGTH = "finger_length"
+    FINGER_THICKNESS = "finger_thickness"
+    HAND_SCALE = "hand_scale"
+    RING = "ring"
+    WRIST_WEAR = "wrist_wear"
+    NAIL_POLISH = "nail_polish"
+    SLEEVE = "sleeve"
 
+
+ALWAYS_BALANCED: tuple[Attribute, ...] = tuple(Attribute)[:6]
+"""Attributes that every table shows, whatever a spec asks of them."""
+
+SHAPE_RANGES: Mapping[Attribute, ShapeRange] = MappingProxyType(
+    {
+        Attribute.AGE: ShapeRange(18.0, 90.0, 35.0, "years"),
+        Attribute.WEIGHT: ShapeRange(0.0, 1.0, 0.5, "0 thin to 1 heavy"),
+        Attribute.MUSCLE: ShapeRange(0.0, 1.0, 0.5, "0 slack to 1 muscular"),
+        Attribute.FINGER_LENGTH: ShapeRange(-1.0, 1.0, 0.0, "-1 5th to 1 95th percentile"),
+        Attribute.FINGER_THICKNESS: ShapeRange(-1.0, 1.0, 0.0, "-1 5th to 1 95th percentile"),
+        Attribute.HAND_SCALE: ShapeRange(-1.0, 1.0, 0.0, "-1 5th to 1 95th percentile"),
+    }
+)
+"""The continuous factors of a hand's shape: a spec names bands of them."""
+
+ORNAMENTS: tuple[Attribute, ...] = (
+    Attribute.RING,
+    Attribute.WRIST_WEAR,
+    Attribute.NAIL_POLISH,
+    Attribute.SLEEVE,
+)
+"""Off unless a spec asks for them."""
 
 VALUES: Mapping[Attribute, tuple[str, ...]] = MappingProxyType(
     {
         Attribute.GENDER: tuple(Gender),
         Attribute.SKIN_TONE: tuple(SkinTone),
         Attribute.POSE: tuple(Pose),
-        Attribute.ENVIRONMENT: tuple(Environment),
+        Attribute.ENVIRONMENT: tuple(CATALOGUE),
         Attribute.HANDEDNESS: tuple(Handedness),
         Attribute.VIEWPOINT: tuple(Viewpoint),
+        **{attribute: (str(found.band),) for attribute, found in SHAPE_RANGES.items()},
+        Attribute.RING: tuple(Ring),
+        Attribute.WRIST_WEAR: tuple(WristWear),
+        Attribute.NAIL_POLISH: tuple(NailPolish),
+        Attribute.SLEEVE: tuple(Sleeve),
     }
 )
-"""Every value an attribute may take, in canonical order."""
+"""The values of an attribute that have names, in canonical order. A spec may also name skin tones
+by their typology angle, bands of shape factors, and environments of its own: see `values.py`."""
+
+DEFAULTS: Mapping[Attribute, tuple[str, ...]] = MappingProxyType(
+    {
+        attribute: ("none",) if attribute in ORNAMENTS else values
+        for attribute, values in VALUES.items()
+    }
+)
+"""What a spec that leaves an attribute out asks for, in equal shares."""
 
 SKIN_TONE_ITA_DEG: Mapping[SkinTone, float] = MappingProxyType(
     {
@@ -134,6 +210,16 @@ SKIN_TONE_ITA_DEG: Mapping[SkinTone, float] = MappingProxyType(
     }
 )
 """Individual typology angle of the back of the hand, degrees."""
+
+ITA_RANGE_DEG = (-90.0, 70.0)
+"""The typology angles a spec may name as numbers."""
+
+
+def skin_tone_ita_deg(value: str) -> float:
+    """Return the typology angle of a skin tone: one of the six names, or a number of degrees."""
+    if value in VALUES[Attribute.SKIN_TONE]:
+        return SKIN_TONE_ITA_DEG[SkinTone(value)]
+    return float(value)
 
 
 class KeypointVisibility(IntEnum):

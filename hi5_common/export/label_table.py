@@ -13,7 +13,7 @@ from hi5_common.domain.errors import PermanentError
 from hi5_common.domain.labels import Box, CameraLabel, ImageLabel, Keypoint, Mask
 from hi5_common.domain.vocabulary import KEYPOINTS, Attribute, KeypointVisibility
 
-FORMAT = "hi5.labels/2"
+FORMAT = "hi5.labels/3"
 ROWS_PER_GROUP = 256
 """Fixed, so that the bytes depend on the labels alone; also what a reader holds in memory."""
 
@@ -36,6 +36,7 @@ SCHEMA = pa.schema(
         pa.field("width_px", pa.int32(), nullable=False),
         pa.field("height_px", pa.int32(), nullable=False),
         *(pa.field(attribute.value, pa.string()) for attribute in Attribute),
+        pa.field("affect", pa.string(), nullable=False),
         pa.field("intrinsics_px", pa.list_(pa.float64(), 9), nullable=False),
         pa.field("world_to_camera_m", pa.list_(pa.float64(), 16), nullable=False),
         pa.field("keypoints_image_px", pa.list_(_POINT2, _POINTS)),
@@ -87,7 +88,7 @@ _WRITER_OPTIONS: dict[str, Any] = {
     "data_page_version": "1.0",
     "compression": "zstd",
     "compression_level": 3,
-    "use_dictionary": [attribute.value for attribute in Attribute],
+    "use_dictionary": [*(attribute.value for attribute in Attribute), "affect"],
     "write_statistics": ["index"],
 }
 
@@ -120,6 +121,7 @@ def _row(label: ImageLabel) -> dict[str, Any]:
         "width_px": label.width_px,
         "height_px": label.height_px,
         **{attribute.value: label.attributes.get(attribute) for attribute in Attribute},
+        "affect": label.affect,
         "intrinsics_px": _flat(label.camera.intrinsics_px),
         "world_to_camera_m": _flat(label.camera.world_to_camera_m),
         **_keypoint_cells(label),
@@ -164,6 +166,7 @@ def _label(row: dict[str, Any]) -> ImageLabel:
         width_px=row["width_px"],
         height_px=row["height_px"],
         attributes={name: value for name, value in attributes.items() if value is not None},
+        affect=row["affect"],
         camera=_camera(row),
         keypoints=_keypoints(row),
         box=_box(row["box_px"]),

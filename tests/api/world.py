@@ -118,7 +118,7 @@ def publish(store: LocalFolder, shard: Shard, plan: Plan) -> Publication:
         _put(store, f"{prefix}/{name}", data)
         for name, data in ((keys.SAMPLES, tar), (keys.LABELS, b"PAR1"), (keys.MEMBERS, members))
     ]
-    counted = tallies.tally(label.attributes for label in labels)
+    counted = tallies.tally((label.attributes for label in labels), plan.crossed)
     return Publication(stored[0], stored[1], stored[2], len(labels), counted)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import LabelKind, parse_spec
-from hi5_common.domain.vocabulary import Environment, Gender, Handedness, Pose, SkinTone
+from hi5_common.domain.vocabulary import Gender, Handedness, Pose, SkinTone
 from services.worker.label.label import label_image
 from services.worker.label.projected import ProjectedMesh, project_mesh
 from services.worker.label.projection import F8
@@ -72,7 +72,7 @@ def take(
     hand: Handedness = Handedness.RIGHT,
     pose: Pose = Pose.FIVE,
     tone: SkinTone = SkinTone.TAN,
-    environment: Environment = Environment.CITY,
+    environment: str = "city",
     seed: int = 1,
 ) -> Shot:
     """Return a hand whose middle lies in the middle of the lens's picture, 0.45 m away."""

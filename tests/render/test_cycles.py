@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from hi5_common.domain.vocabulary import Environment, Handedness, Pose, SkinTone
+from hi5_common.domain.vocabulary import Handedness, Pose, SkinTone
 from services.worker.label.raster import rasterise
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.render
 def _sequence(hands: HandLibrary) -> dict[str, tuple[Shot, bool]]:
     """Shots that differ in all that a persistent Blender could hold on to; True: denoised."""
     left = take(hands, OFF_CENTRE, hand=Handedness.LEFT, tone=SkinTone.DARK, pose=Pose.FIST)
-    night = take(hands, environment=Environment.NIGHT, pose=Pose.CLAWS, seed=2)
+    night = take(hands, environment="night", pose=Pose.CLAWS, seed=2)
     return {"a": (take(hands), True), "b": (left, True), "c": (night, False)}
 
 

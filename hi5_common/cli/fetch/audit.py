@@ -143,7 +143,7 @@ def _content_findings(
     labels = list(read_label_table(files.labels))
     yield from _label_findings(plan, shard, labels)
     yield from _json_findings(shard, files, labels)
-    recount = tallies.tally(label.attributes for label in labels).values
+    recount = tallies.tally((label.attributes for label in labels), ()).values
     if recount != shard.tallies:
         yield Finding(Fault.WRONG_TALLY, shard.number, "tallies", "differ from the labels")
 

@@ -8,7 +8,7 @@ import hashlib
 import io
 import json
 import tarfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from hi5_common.domain import keys, tallies
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.retry import FailureKind
+from hi5_common.domain.vocabulary import Attribute
 from hi5_common.export.label_table import write_label_table
 from services.worker.fleet.attempt_errors import AttemptFailed
 from services.worker.fleet.shard_render import RenderedImage
@@ -53,8 +54,12 @@ class PackedShard:
     tallies: Tallies
 
 
-def pack(images: Sequence[RenderedImage], folder: Path) -> PackedShard:
+def pack(
+    images: Sequence[RenderedImage], folder: Path, crossed: Iterable[Attribute]
+) -> PackedShard:
     """Write samples.tar, labels.parquet and members.json into `folder`.
+
+    crossed: the attributes whose pairs are counted.
 
     Raises AttemptFailed if a file no longer has the SHA-256 it was accepted with.
     """
@@ -67,7 +72,7 @@ def pack(images: Sequence[RenderedImage], folder: Path) -> PackedShard:
         labels=_packed(folder / keys.LABELS),
         members=_packed(folder / keys.MEMBERS),
         image_count=len(images),
-        tallies=tallies.tally(label.attributes for label in _labels(images)),
+        tallies=tallies.tally((label.attributes for label in _labels(images)), crossed),
     )
 
 

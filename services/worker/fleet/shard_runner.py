@@ -105,7 +105,7 @@ class ShardRunner:
         with self.database.snapshot() as session:
             spec = datasets.spec(session, shard.dataset_id)
         with attempt_folder(self.settings.scratch_dir) as folder:
-            packed = pack(self._render(shard, spec, lease, folder).run(), folder)
+            packed = pack(self._render(shard, spec, lease, folder).run(), folder, spec.balanced())
             publication = self._upload(shard, packed, lease)
         return self._settle(
             Outcome.PUBLISHED, lambda s: shards.finish(s, *self._proof(shard), publication)

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from hi5_common.domain.affect import POSE_AFFECT
 from hi5_common.domain.labels import (
     CameraLabel,
     ImageLabel,
@@ -48,6 +49,7 @@ def label_image(
         width_px=scene.camera.intrinsics.width_px,
         height_px=scene.camera.intrinsics.height_px,
         attributes=scene.cell.as_dict(),
+        affect=POSE_AFFECT[scene.cell.pose],
         camera=camera_label(scene.camera),
         keypoints=_keypoints(scene, geometry, mesh) if LabelKind.KEYPOINTS in kinds else None,
         box=tight_box(mesh, np.ones_like(of_hand)) if boxed else None,

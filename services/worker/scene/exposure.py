@@ -11,7 +11,6 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from hi5_common.domain.vocabulary import Environment
 from services.worker.scene.environments import LUMINANCE, load_panorama, mean_luminance
 from services.worker.scene.types import Array, Camera
 from services.worker.scene.view import camera_position
@@ -36,7 +35,7 @@ class Lamps:
 
 
 @cache
-def lamps_of(environment: Environment) -> Lamps:
+def lamps_of(environment: str) -> Lamps:
     """Return an environment's panorama, not turned, as lamps in the middle of their blocks' light.
 
     Longitude grows to the left from +x in the middle of the panorama; the top row is straight up.
@@ -66,7 +65,7 @@ class Seen:
     quads: npt.NDArray[np.int32]
 
 
-def metered_light(environment: Environment, rotation_z_deg: float, seen: Seen) -> float:
+def metered_light(environment: str, rotation_z_deg: float, seen: Seen) -> float:
     """Return the radiance that the exposure goes by: the light on the hand (see light_on_hand).
 
     Of a hand against the light only halfway to it (in stops) from the panorama's mean: as a
@@ -76,7 +75,7 @@ def metered_light(environment: Environment, rotation_z_deg: float, seen: Seen) -
     return max(on_hand, math.sqrt(on_hand * mean_luminance(environment)))
 
 
-def light_on_hand(environment: Environment, rotation_z_deg: float, seen: Seen) -> float:
+def light_on_hand(environment: str, rotation_z_deg: float, seen: Seen) -> float:
     """Return the radiance (panorama's units) of the seen skin, had it been painted white.
 
     The root of the mean square, so that the side in the sun weighs more than the side in the shade

@@ -1,6 +1,7 @@
 """From a cell of the plan to a resolved scene: every free factor drawn by its own key."""
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -8,11 +9,12 @@ from hi5_common.domain.errors import PermanentError
 from hi5_common.domain.plan import Cell, Plan
 from hi5_common.domain.seeding import factor_rng, render_seed
 from hi5_common.domain.spec import DatasetSpec
-from hi5_common.domain.vocabulary import Environment
+from hi5_common.domain.vocabulary import SkinTone
 from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
 from services.worker.hand.skin import posed_hand
+from services.worker.ornaments.draw import draw_ornaments
 from services.worker.scene.exposure import Seen, metered_light
-from services.worker.scene.geometry import transformed
+from services.worker.scene.geometry import ornaments_on, transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.poses import blended_angles, draw_blend
 from services.worker.scene.skin import skin_of
@@ -52,9 +54,10 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     angles = blended_angles(blend)
     hand = hands.hand(cell.gender, cell.handedness)
     posed = posed_hand(hand.model, angles)
-    viewed = ViewedHand.of(hand, posed)
+    worn = draw_ornaments(cell, partial(factor_rng, spec.seed, index))
+    viewed = ViewedHand.of(hand, posed, ornaments_on(worn, hand, posed))
     for attempt in range(MAX_VIEW_ATTEMPTS):
-        stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, viewed.hand_m)
+        stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, viewed)
         if view_will_do(camera, viewed.placed(placed), stance):
             break
     else:
@@ -70,9 +73,10 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
         hand_to_world=placed,
         camera=camera,
         light=_draw_light(cell.environment, seen, factor_rng(spec.seed, index, "light")),
-        skin=skin_of(cell.skin_tone),
+        skin=skin_of(SkinTone(cell.skin_tone)),
         view_attempt=attempt,
         render_seed=render_seed(spec.seed, index),
+        worn=worn,
     )
 
 
@@ -89,20 +93,21 @@ def hand_to_world(stance: Stance, cell: Cell) -> Array:
 
 
 def _draw_attempt(
-    spec: DatasetSpec, cell: Cell, index: int, attempt: int, hand_m: Array
+    spec: DatasetSpec, cell: Cell, index: int, attempt: int, viewed: ViewedHand
 ) -> tuple[Stance, PolarView, Array, Camera]:
     stance = draw_stance(factor_rng(spec.seed, index, "stance", attempt))
     placed = hand_to_world(stance, cell)
     lens = draw_intrinsics(spec.image, factor_rng(spec.seed, index, "lens", attempt))
+    hand_m = viewed.hand_m
     middle_m = (hand_m.min(axis=0) + hand_m.max(axis=0)) / 2.0
     radius_m = float(np.linalg.norm(hand_m - middle_m, axis=1).max())
     view_rng = factor_rng(spec.seed, index, "view", attempt)
-    view = draw_view(cell.viewpoint, lens, radius_m, view_rng)
+    view = draw_view(cell.viewpoint, lens, radius_m, viewed.shares, view_rng)
     target_m = transformed(placed, middle_m[None])[0]
     return stance, view, placed, camera_at(view, target_m, lens)
 
 
-def _draw_light(environment: Environment, seen: Seen, rng: np.random.Generator) -> Light:
+def _draw_light(environment: str, seen: Seen, rng: np.random.Generator) -> Light:
     turn_deg = float(rng.uniform(0.0, 360.0))
     base_ev = math.log2(WHITE_LEVEL / metered_light(environment, turn_deg, seen))
     most = MAX_EXPOSURE_SPREAD_EV

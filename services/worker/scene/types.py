@@ -4,13 +4,16 @@ Everything is plain data that can be printed, hashed and saved as JSON; geometry
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from hi5_common.domain.plan import Cell
-from hi5_common.domain.vocabulary import Environment, Pose
+from hi5_common.domain.vocabulary import Pose
 from services.worker.hand.angles import JointAngles
+from services.worker.ornaments.mesh import OrnamentMesh
+from services.worker.ornaments.worn import BARE, Worn
 
 Array = npt.NDArray[np.float64]
 Rgb = tuple[float, float, float]
@@ -58,21 +61,75 @@ class Light:
     the sRGB curve.
     """
 
-    environment: Environment
+    environment: str
     rotation_z_deg: float
     exposure_ev: float
 
 
 @dataclass(frozen=True)
+class Pigment:
+    """What a whole unit of each skin map does to the logarithm of the albedo, per colour.
+
+    Albedo = base x exp(sum of gain x (map - neutral)): pigments are filters, one over another.
+    """
+
+    NEUTRAL: ClassVar[tuple[float, ...]] = (0.0, 0.5, 0.5, 0.0, 0.0, 0.0)
+    """The value of each map, in the order of the fields, where the skin has its base colour."""
+
+    glabrous: Rgb
+    blood: Rgb
+    melanin: Rgb
+    veins: Rgb
+    freckles: Rgb
+    age_spots: Rgb
+
+    def gains(self) -> tuple[Rgb, ...]:
+        """Return the gains in the order of the maps."""
+        return (
+            self.glabrous,
+            self.blood,
+            self.melanin,
+            self.veins,
+            self.freckles,
+            self.age_spots,
+        )
+
+
+@dataclass(frozen=True)
+class ReliefStrength:
+    """Factors on the heights of still folds, folds of slack skin, fine pattern and sinews."""
+
+    folds: float
+    slack: float
+    pattern: float
+    sinews: float
+
+
+@dataclass(frozen=True)
+class NailPolish:
+    """Paint on the nails: linear sRGB albedo and roughness of its gloss; clear paint has none."""
+
+    rgb: Rgb | None
+    roughness: float
+
+
+@dataclass(frozen=True)
 class Skin:
-    """Diffuse albedos in linear sRGB (Rec. 709, D65), transport mean free path in mm, roughness."""
+    """Diffuse albedos in linear sRGB (Rec. 709, D65), transport mean free path in mm, roughness.
+
+    dorsum_rgb is the area-weighted mean over the back of the hand, all maps included.
+    """
 
     ita_deg: float
+    age_years: float
     dorsum_rgb: Rgb
     palm_rgb: Rgb
     nail_rgb: Rgb
+    pigment: Pigment
+    relief: ReliefStrength
     mean_free_path_mm: Rgb
     roughness: float
+    nail_polish: NailPolish | None
 
 
 @dataclass(frozen=True)
@@ -121,6 +178,7 @@ class HandScene:
     skin: Skin
     view_attempt: int
     render_seed: int
+    worn: Worn = BARE
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,3 +196,4 @@ class SceneGeometry:
     palm: Array
     part: npt.NDArray[np.int32]
     keypoints_m: Array
+    ornaments: tuple[OrnamentMesh, ...] = ()

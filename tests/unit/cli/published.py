@@ -53,7 +53,7 @@ class PublishedDataset:
     def balance(self) -> Balance:
         plan = Plan.of(self.made_spec)
         cells = [cell.as_dict() for cell in plan.cells()]
-        return balance_of(plan, tally(cells), plan.count)
+        return balance_of(plan, tally(cells, plan.crossed), plan.count)
 
 
 def published(count: int = 5, images_per_shard: int = 2) -> PublishedDataset:
@@ -73,7 +73,9 @@ def add_shard(
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         wanted = list(range(cut.start, cut.stop)) if indices is None else indices
-        packed = pack([_rendered(folder / "images", plan, index) for index in wanted], folder)
+        packed = pack(
+            [_rendered(folder / "images", plan, index) for index in wanted], folder, plan.crossed
+        )
         files = (packed.samples, packed.labels, packed.members)
         objects = tuple(_stored(dataset, cut.number, file) for file in files)
     dataset.rows.append(

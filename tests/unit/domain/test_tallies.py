@@ -9,15 +9,15 @@ PLAN = Plan.of(parse_spec({"count": 60, "seed": 3}))
 
 
 def test_values_are_what_the_plan_counts() -> None:
-    counted = tallies.tally(cell.as_dict() for cell in PLAN.cells())
+    counted = tallies.tally((cell.as_dict() for cell in PLAN.cells()), PLAN.crossed)
     for attribute in Attribute:
         for value, count in PLAN.value_counts(attribute).items():
             assert counted.values.get(tallies.value_key(attribute, value), 0) == count
 
 
 def test_every_image_is_in_one_pair_of_any_two_attributes() -> None:
-    counted = tallies.tally(cell.as_dict() for cell in PLAN.cells())
-    for a, b in combinations(Attribute, 2):
+    counted = tallies.tally((cell.as_dict() for cell in PLAN.cells()), PLAN.crossed)
+    for a, b in combinations(PLAN.crossed, 2):
         of_both = [
             count
             for key, count in counted.pairs.items()
@@ -28,6 +28,7 @@ def test_every_image_is_in_one_pair_of_any_two_attributes() -> None:
 
 def test_parts_add_up_to_the_whole() -> None:
     cells = [cell.as_dict() for cell in PLAN.cells()]
-    parts = [tallies.tally(cells[:17]), tallies.tally(cells[17:20]), tallies.tally(cells[20:])]
-    assert tallies.add(*parts) == tallies.tally(cells)
+    cuts = (cells[:17], cells[17:20], cells[20:])
+    parts = [tallies.tally(part, PLAN.crossed) for part in cuts]
+    assert tallies.add(*parts) == tallies.tally(cells, PLAN.crossed)
     assert tallies.add() == tallies.EMPTY

@@ -3,7 +3,14 @@
 import math
 
 from hi5_common.domain.labels import Box, CameraLabel, ImageLabel, Keypoint, Mask
-from hi5_common.domain.vocabulary import KEYPOINTS, Attribute, KeypointVisibility
+from hi5_common.domain.vocabulary import (
+    DEFAULTS,
+    KEYPOINTS,
+    ORNAMENTS,
+    SHAPE_RANGES,
+    Attribute,
+    KeypointVisibility,
+)
 
 BEHIND, OUTSIDE, HIDDEN, VISIBLE = KeypointVisibility
 
@@ -14,6 +21,7 @@ ATTRIBUTES = {
     Attribute.ENVIRONMENT: "city",
     Attribute.HANDEDNESS: "left",
     Attribute.VIEWPOINT: "third_person",
+    **{attribute: DEFAULTS[attribute][0] for attribute in (*SHAPE_RANGES, *ORNAMENTS)},
 }
 
 
@@ -46,6 +54,7 @@ def label(index: int = 0, **changes: object) -> ImageLabel:
         width_px=64,
         height_px=48,
         attributes=ATTRIBUTES,
+        affect="Enthusiasm, rebelliousness (rock culture)",
         camera=CameraLabel(
             intrinsics_px=((80.0, 0, 32.5), (0, 80.0, 1 / 3), (0, 0, 1)),
             world_to_camera_m=((1, 0, 0, 0.1), (0, 1, 0, 0.2), (0, 0, 1, 0.7), (0, 0, 0, 1)),

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import bpy
 
-from hi5_common.domain.vocabulary import Environment
 from services.worker.scene.environments import panorama_path
 from services.worker.scene.types import Light
 
@@ -21,7 +20,7 @@ class LightingWorld:
 
     mapping: bpy.types.Node
     texture: bpy.types.Node
-    images: dict[Environment, bpy.types.Image] = field(default_factory=dict)
+    images: dict[str, bpy.types.Image] = field(default_factory=dict)
 
     def light(self, light: Light) -> None:
         """Light the scene. Exposure is not applied here: frames stay in the panorama's units."""

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from hi5_common.domain.vocabulary import ALWAYS_BALANCED
 from hi5_common.export.label_table import read_label_table
 from services.worker.fleet.attempt_errors import AttemptFailed
 from services.worker.fleet.pack import PackedShard, pack
@@ -26,7 +27,7 @@ def rendered(folder: Path, index: int) -> RenderedImage:
 
 def packed(folder: Path) -> PackedShard:
     folder.mkdir()
-    return pack([rendered(folder / "images", index) for index in range(3)], folder)
+    return pack([rendered(folder / "images", index) for index in range(3)], folder, ALWAYS_BALANCED)
 
 
 def test_members_are_byte_ranges_of_the_tar(tmp_path: Path) -> None:
@@ -65,4 +66,4 @@ def test_a_file_that_changed_is_not_packed(tmp_path: Path) -> None:
     image = rendered(tmp_path / "images", 0)
     image.image_path.write_bytes(b"\xff\xd8 other")
     with pytest.raises(AttemptFailed, match=r"000000000.jpg changed"):
-        pack([image], tmp_path)
+        pack([image], tmp_path, ALWAYS_BALANCED)

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hi5_common.domain.environments import HDRI_IDS
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec, parse_spec
-from hi5_common.domain.vocabulary import Environment, Handedness, SkinTone, Viewpoint
+from hi5_common.domain.vocabulary import Handedness, SkinTone, Viewpoint
 from services.worker.hand.limits import hard_limit_excess_deg
 from services.worker.hand.skin import posed_hand
 from services.worker.label.label import in_frame_share
@@ -156,7 +157,7 @@ def test_lab_of_the_white_point_and_round_trip() -> None:
 
 def test_44_poses_have_angles_and_8_panoramas_have_light() -> None:
     assert len(pose_library()) == 44
-    for environment in Environment:
+    for environment in HDRI_IDS:
         assert load_panorama(environment).shape == (512, 1024, 3)
         assert 0.05 < mean_luminance(environment) < 5.0
         assert math.isfinite(mean_luminance(environment))
