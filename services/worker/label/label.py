@@ -18,16 +18,14 @@ from hi5_common.domain.labels import (
 )
 from hi5_common.domain.spec import LabelKind
 from hi5_common.domain.vocabulary import KEYPOINTS
-from services.worker.hand.parts import PARTS, HandPart
 from services.worker.label.box import tight_box
 from services.worker.label.mask import encode_mask
+from services.worker.label.occluders import FOREARM, is_hand, occluder_of
 from services.worker.label.projected import ProjectedMesh
 from services.worker.label.projection import F8, in_frame, to_camera, to_pixels
 from services.worker.label.raster import rasterise
 from services.worker.label.visibility import Sight, sight_keypoints
 from services.worker.scene.types import Camera, HandScene, SceneGeometry
-
-FOREARM = PARTS.index(HandPart.FOREARM)
 
 
 def label_image(
@@ -40,7 +38,7 @@ def label_image(
     resolved: dict[str, Any],
 ) -> ImageLabel:
     """Return the label; kinds that were not asked for are None. resolved: see provenance.py."""
-    of_hand = geometry.part != FOREARM
+    of_hand = is_hand(occluder_of(geometry))
     boxed = LabelKind.BOX in kinds
     masks = _masks(mesh, of_hand) if LabelKind.MASK in kinds else (None, None)
     return ImageLabel(
@@ -84,11 +82,12 @@ def in_frame_share(camera: Camera, geometry: SceneGeometry) -> float:
 
 
 def _masks(mesh: ProjectedMesh, of_hand: npt.NDArray[np.bool_]) -> tuple[Mask, Mask]:
-    """Return the masks of pixels whose centres see any skin, and skin of the hand: of_hand (W,).
+    """Return the masks of pixels whose centres see anything rendered, and skin of the hand.
 
-    A triangle across the wrist is the forearm's, as it is for the boxes. The masks are taken from
-    the exact surface and not from the path tracer's alpha, so that they do not change with samples,
-    denoiser or machine; tests hold the two together.
+    of_hand (N,) by vertex. An ornament is in the first, and out of the second where it hides skin;
+    nail polish is skin. A triangle across the wrist is the forearm's, as it is for the boxes. The
+    masks are taken from the exact surface and not from the path tracer's alpha, so that they do not
+    change with samples, denoiser or machine; tests hold the two together.
     """
     surface = rasterise(mesh)
     hand_triangles = of_hand[mesh.triangles].all(axis=1)
@@ -101,7 +100,7 @@ def _keypoints(
 ) -> tuple[Keypoint, ...]:
     camera_m = to_camera(scene.camera, geometry.keypoints_m)
     pixels = to_pixels(scene.camera.intrinsics, camera_m)
-    sights = sight_keypoints(mesh, geometry.part, camera_m, pixels)
+    sights = sight_keypoints(mesh, occluder_of(geometry), camera_m, pixels)
     rows = zip(KEYPOINTS, pixels, camera_m, geometry.keypoints_m, sights, strict=True)
     return tuple(_keypoint(*row) for row in rows)
 

@@ -41,6 +41,7 @@ def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
         "hand_to_world_m": scene.hand_to_world.tolist(),
         "light": asdict(scene.light),
         "skin": asdict(scene.skin),
+        "worn": asdict(scene.worn),
         "render_seed": scene.render_seed,
         "renderer": making.renderer,
         "renderer_versions": making.renderer_versions,

@@ -3,7 +3,8 @@
 Keypoints lie in the middle of the finger, so there is always skin in front of them. A point counts
 as VISIBLE when the first surface on its line of sight is its own flesh: skin of one of the parts
 that meet at the joint, no further in front of the point than the flesh there is thick. Skin of any
-other part, or own skin further in front (a finger seen end-on, a palm seen edge-on), hides it.
+other part, or own skin further in front (a finger seen end-on, a palm seen edge-on), hides it, and
+so does a ring, a bracelet, a watch or a sleeve.
 """
 
 from dataclasses import dataclass
@@ -12,10 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from hi5_common.domain.vocabulary import KEYPOINTS, KeypointVisibility
-from services.worker.hand.parts import KEYPOINT_PARTS, PARTS, HandPart
+from services.worker.hand.parts import KEYPOINT_PARTS, HandPart
+from services.worker.label.occluders import OCCLUDERS
 from services.worker.label.projected import I8, ProjectedMesh
 from services.worker.label.projection import F8, NEAR_M, in_frame
 from services.worker.label.raster import barycentric
+from services.worker.ornaments.mesh import OrnamentName
 
 _WRIST_MM = 55.0
 _THUMB_MM = (35.0, 28.0, 24.0, 20.0)
@@ -30,14 +33,17 @@ class Sight:
     """How one keypoint is seen; see hi5_common.domain.labels.Keypoint."""
 
     visibility: KeypointVisibility
-    occluder: HandPart | None
+    occluder: HandPart | OrnamentName | None
     depth_margin_mm: float | None
 
 
 def sight_keypoints(
-    mesh: ProjectedMesh, part: npt.NDArray[np.int32], camera_m: F8, pixels: F8
+    mesh: ProjectedMesh, occluder: npt.NDArray[np.int32], camera_m: F8, pixels: F8
 ) -> tuple[Sight, ...]:
-    """Return how each keypoint is seen. part (W,) by vertex; camera_m (21, 3); pixels (21, 2)."""
+    """Return how each keypoint is seen.
+
+    occluder (N,) by vertex (see occluders.py); camera_m (21, 3); pixels (21, 2).
+    """
     inside = in_frame(mesh.intrinsics, pixels)
     corners = mesh.vertices_px[mesh.triangles]
     low, high = corners.min(axis=1), corners.max(axis=1)
@@ -51,7 +57,7 @@ def sight_keypoints(
             pixel = pixels[number]
             rows = np.flatnonzero(((low <= pixel) & (high >= pixel)).all(axis=1))
             hit = first_hit(mesh, rows, pixel)
-            sights.append(_judged(number, hit, part, camera_m[number]))
+            sights.append(_judged(number, hit, occluder, camera_m[number]))
     return tuple(sights)
 
 
@@ -78,13 +84,13 @@ def first_hit(mesh: ProjectedMesh, rows: I8, pixel: F8) -> Hit | None:
     return Hit(1.0 / float(near[first].sum()), vertex)
 
 
-def _judged(number: int, hit: Hit | None, part: npt.NDArray[np.int32], point_m: F8) -> Sight:
+def _judged(number: int, hit: Hit | None, occluder: npt.NDArray[np.int32], point_m: F8) -> Sight:
     depth_m = float(point_m[2])
     if hit is None or hit.depth_m >= depth_m:
         return Sight(KeypointVisibility.VISIBLE, None, None)
     stretch = float(np.linalg.norm(point_m)) / depth_m
     margin_mm = (depth_m - hit.depth_m) * stretch * 1000.0
-    owner = PARTS[int(part[hit.vertex])]
+    owner = OCCLUDERS[int(occluder[hit.vertex])]
     own = owner in KEYPOINT_PARTS[number] and margin_mm <= OWN_FLESH_MM[number]
     if own:
         return Sight(KeypointVisibility.VISIBLE, None, margin_mm)

@@ -53,11 +53,15 @@ class FakeRenderer:
 
 
 def _albedo(skin: Skin, geometry: SceneGeometry) -> F8:
-    """Return the (W, 3) diffuse albedo by vertex."""
+    """Return the (N, 3) albedo by vertex, of the hand and then of what it wears."""
     palm, nail = geometry.palm[:, None], geometry.nail[:, None]
     flesh = np.array(skin.dorsum_rgb) * (1 - palm) + np.array(skin.palm_rgb) * palm
     albedo: F8 = flesh * (1 - nail) + np.array(skin.nail_rgb) * nail
-    return albedo
+    worn = [
+        np.tile(ornament.material.base_rgb, (len(ornament.vertices_m), 1))
+        for ornament in geometry.ornaments
+    ]
+    return np.concatenate([albedo, *worn])
 
 
 def _headlight(corners_m: F8, surface: Surface) -> npt.NDArray[np.float64]:

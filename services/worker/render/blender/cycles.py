@@ -1,6 +1,7 @@
 """Cycles on the CPU: the renderer that makes hi5's pictures."""
 
 import time
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -8,6 +9,8 @@ import numpy.typing as npt
 
 from services.worker.render.blender import camera, film, mesh, session
 from services.worker.render.blender.material import new_skin_material
+from services.worker.render.blender.ornaments import OrnamentRack
+from services.worker.render.blender.skin_images import SkinImageShelf, level_for
 from services.worker.render.blender.world import new_world
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
@@ -20,13 +23,15 @@ class CyclesRenderer:
 
     name = "cycles"
 
-    def __init__(self, threads: int, *, persistent_data: bool = True) -> None:
+    def __init__(self, threads: int, cache_dir: Path, *, persistent_data: bool = True) -> None:
         self._session = session.open_session(threads, persistent_data=persistent_data)
         self._scene = self._session.scene
         self._skin = new_skin_material()
+        self._shelf = SkinImageShelf(cache_dir)
         self._world = new_world(self._scene)
         camera.new_camera(self._scene)
         self._film = film.MemoryFile()
+        self._ornaments = OrnamentRack(self._scene)
         self._hand: bpy.types.Object | None = None
         self._topology: npt.NDArray[np.int32] | None = None
 
@@ -45,7 +50,9 @@ class CyclesRenderer:
         """Return the hand on the pixels of `region`, which must not be empty."""
         started = time.perf_counter()
         self._place(geometry)
-        self._skin.paint(scene.skin)
+        self._ornaments.show(geometry.ornaments)
+        level = level_for(scene.camera, geometry.keypoints_m)
+        self._skin.paint(scene.skin, self._shelf.images(scene.cell.gender, level))
         self._world.light(scene.light)
         camera.aim(self._scene, scene.camera, region)
         session.apply_settings(self._scene, settings, scene.render_seed)
