@@ -11,7 +11,6 @@ from services.worker.ornaments.mesh import OrnamentMaterial, Rgb
 from services.worker.ornaments.worn import (
     BraceletKind,
     BraceletWorn,
-    NailPolishWorn,
     RingWorn,
     SleeveWorn,
     Stone,
@@ -20,6 +19,7 @@ from services.worker.ornaments.worn import (
     WatchWorn,
     Worn,
 )
+from services.worker.scene.types import NailPolish as PaintedNails
 
 FactorRng = Callable[[str], np.random.Generator]
 """Gives the generator of one factor of the image at hand."""
@@ -40,7 +40,6 @@ def draw_ornaments(cell: Cell, rng_of: FactorRng) -> Worn:
         bracelet=_bracelet(cell, rng_of("ornament/bracelet")),
         watch=_watch(cell, rng_of("ornament/watch")),
         sleeve=_sleeve(cell, rng_of("ornament/sleeve")),
-        nail_polish=_nail_polish(cell, rng_of("ornament/nail_polish")),
     )
 
 
@@ -145,11 +144,12 @@ def _sleeve(cell: Cell, rng: np.random.Generator) -> SleeveWorn | None:
     return SleeveWorn(start_m, 0.010, 0.0030, 0.012, 0.0055, fold_seed, cloth, shirt)
 
 
-def _nail_polish(cell: Cell, rng: np.random.Generator) -> NailPolishWorn | None:
-    if cell.nail_polish == NailPolish.NONE:
+def draw_nail_polish(kind: NailPolish, rng: np.random.Generator) -> PaintedNails | None:
+    """Draw a lacquer near the colour asked for; None for none."""
+    if kind is NailPolish.NONE:
         return None
-    if cell.nail_polish == NailPolish.CLEAR:
-        return NailPolishWorn((1.0, 1.0, 1.0), 0.0)
-    near = rng.uniform(0.7, 1.3, 3) * np.array(_POLISH[NailPolish(cell.nail_polish)])
-    red, green, blue = near.tolist()
-    return NailPolishWorn((red, green, blue), 1.0)
+    roughness = float(rng.uniform(0.05, 0.16))
+    if kind is NailPolish.CLEAR:
+        return PaintedNails(None, roughness)
+    red, green, blue = (rng.uniform(0.7, 1.3, 3) * np.array(_POLISH[kind])).tolist()
+    return PaintedNails((red, green, blue), roughness)

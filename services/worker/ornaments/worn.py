@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from services.worker.ornaments.mesh import OrnamentMaterial, Rgb
+from services.worker.ornaments.mesh import OrnamentMaterial
 
 
 class Stone(StrEnum):
@@ -100,22 +100,13 @@ class SleeveWorn:
 
 
 @dataclass(frozen=True)
-class NailPolishWorn:
-    """Lacquer on the nails: its linear colour and how much of the nail it hides (0 clear)."""
-
-    rgb: Rgb
-    cover: float
-
-
-@dataclass(frozen=True)
 class Worn:
-    """Everything a hand wears; None where nothing."""
+    """Everything a hand wears beside nail polish, which is part of its skin; None where nothing."""
 
     ring: RingWorn | None = None
     bracelet: BraceletWorn | None = None
     watch: WatchWorn | None = None
     sleeve: SleeveWorn | None = None
-    nail_polish: NailPolishWorn | None = None
 
 
 BARE = Worn()
