@@ -24,4 +24,5 @@ def occluder_of(geometry: SceneGeometry) -> npt.NDArray[np.int32]:
 
 def is_hand(occluder: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
     """Return (N,) whether a vertex is skin of the hand: neither forearm nor ornament."""
-    return (occluder != FOREARM) & (occluder < len(PARTS))
+    hand: npt.NDArray[np.bool_] = (occluder != FOREARM) & (occluder < len(PARTS))
+    return hand
