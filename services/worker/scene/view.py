@@ -10,6 +10,7 @@ import numpy.typing as npt
 from hi5_common.domain.spec import ImageRequest
 from hi5_common.domain.vocabulary import Viewpoint
 from services.worker.hand.skin import PosedHand
+from services.worker.ornaments.mesh import OrnamentMesh, OrnamentName
 from services.worker.scene.geometry import transformed
 from services.worker.scene.library import Hand
 from services.worker.scene.types import Array, Camera, Intrinsics, PolarView, Stance
@@ -22,6 +23,8 @@ ALONG_FOREARM_DEG = 40.0
 INTO_FINGERTIPS_DEG = 20.0
 FIELD_OF_VIEW_DEG = (35.0, 65.0)
 HAND_SHARE_OF_FRAME = (0.5, 1.2)
+SLEEVED_SHARE_OF_FRAME = (0.2, 1.2)
+"""A sleeve hides where the forearm was cut off, so the camera may stand further away."""
 CUT_LENGTH_M = 0.02
 
 
@@ -56,12 +59,16 @@ def draw_intrinsics(image: ImageRequest, rng: np.random.Generator) -> Intrinsics
 
 
 def draw_view(
-    viewpoint: Viewpoint, lens: Intrinsics, radius_m: float, rng: np.random.Generator
+    viewpoint: Viewpoint,
+    lens: Intrinsics,
+    radius_m: float,
+    shares: tuple[float, float],
+    rng: np.random.Generator,
 ) -> PolarView:
     """Draw a camera position from which a hand of this radius fills a drawn share of the frame."""
     ranges = VIEW_RANGES[viewpoint]
     centre = ranges.centres_deg[int(rng.integers(len(ranges.centres_deg)))]
-    share = math.exp(rng.uniform(*np.log(HAND_SHARE_OF_FRAME)))
+    share = math.exp(rng.uniform(*np.log(shares)))
     side_px = min(lens.width_px, lens.height_px)
     field_deg = 2.0 * math.degrees(math.atan(side_px / 2.0 / lens.fx_px))
     slack_deg = field_deg * max(0.5 * (1.0 - share), 0.0) + field_deg * MAX_OUT_OF_FRAME * share
@@ -98,33 +105,44 @@ def camera_at(view: PolarView, target_m: Array, lens: Intrinsics) -> Camera:
 
 @dataclass(frozen=True, eq=False)
 class ViewedHand:
-    """What a view is judged by: skin of hand and forearm, the end where the forearm was cut off,
-    and the keypoints, (N, 3) each, metres; and the skin area that each point of the hand has.
+    """What a view is judged by: skin of the hand and of the forearm that shows, the sleeve, the end
+    where the forearm was cut off or the sleeve was, and the keypoints, (N, 3) each, metres; and the
+    skin area that each point of the hand has.
     """
 
     hand_m: Array
     areas_m2: Array
     arm_m: Array
+    sleeve_m: Array
     cut_m: Array
     keypoints_m: Array
 
     @classmethod
-    def of(cls, hand: Hand, posed: PosedHand) -> Self:
+    def of(cls, hand: Hand, posed: PosedHand, worn: tuple[OrnamentMesh, ...] = ()) -> Self:
         """Sort the skin of a hand posed in its elbow frame, whose forearm lies along -y."""
         is_forearm = hand.model.forearm
         arm_m = posed.vertices_m[is_forearm]
+        sleeves = [mesh.vertices_m for mesh in worn if mesh.name is OrnamentName.SLEEVE]
+        sleeve_m = np.concatenate([np.empty((0, 3)), *sleeves])
+        covered = sleeve_m if len(sleeve_m) else arm_m
         return cls(
             hand_m=posed.vertices_m[~is_forearm],
             areas_m2=hand.areas_m2[~is_forearm],
-            arm_m=arm_m,
-            cut_m=arm_m[arm_m[:, 1] < arm_m[:, 1].min() + CUT_LENGTH_M],
+            arm_m=arm_m[arm_m[:, 1] > sleeve_m[:, 1].max(initial=-np.inf)],
+            sleeve_m=sleeve_m,
+            cut_m=covered[covered[:, 1] < covered[:, 1].min() + CUT_LENGTH_M],
             keypoints_m=posed.keypoints_m,
         )
 
     def placed(self, matrix: Array) -> Self:
         """Return the same hand moved by a (4, 4) transform."""
-        names = ("hand_m", "arm_m", "cut_m", "keypoints_m")
+        names = ("hand_m", "arm_m", "sleeve_m", "cut_m", "keypoints_m")
         return replace(self, **{name: transformed(matrix, getattr(self, name)) for name in names})
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Return how little and how much of the frame the hand may fill."""
+        return SLEEVED_SHARE_OF_FRAME if len(self.sleeve_m) else HAND_SHARE_OF_FRAME
 
     def in_frame_share(self, camera: Camera) -> float:
         """Return how much of the hand is in the frame: the lesser of its skin and its keypoints."""
@@ -134,15 +152,17 @@ class ViewedHand:
 
 def view_will_do(camera: Camera, hand: ViewedHand, stance: Stance) -> bool:
     """Tell whether a view shows the hand: near enough whole, not end on, camera outside it, and
-    the forearm running out of the picture instead of ending in it.
+    the forearm or the sleeve running out of the picture instead of ending in it. A sleeve may go
+    past the camera.
     """
-    everything_m = np.concatenate([hand.hand_m, hand.arm_m])
-    if transformed(camera.world_to_camera, everything_m)[:, 2].min() < 0:
+    skin_m = np.concatenate([hand.hand_m, hand.arm_m])
+    if transformed(camera.world_to_camera, skin_m)[:, 2].min() < 0:
         return False
     if hand.in_frame_share(camera) < 1.0 - MAX_OUT_OF_FRAME + AREA_MARGIN:
         return False
     if in_frame(camera, hand.cut_m).any():
         return False
+    everything_m = np.concatenate([skin_m, hand.sleeve_m])
     distances_m = np.linalg.norm(everything_m - camera_position(camera), axis=1)
     return bool(distances_m.min() >= MIN_DISTANCE_M) and not _end_on(camera, hand.hand_m, stance)
 
