@@ -4,7 +4,10 @@ import gzip
 import hashlib
 import importlib.util
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache, partial
+from itertools import product
 from pathlib import Path
 
 import cv2
@@ -21,6 +24,21 @@ OBJ_UNIT_M = 0.1
 """MakeHuman models in decimetres."""
 
 RACES = ("african", "asian", "caucasian")
+AGES = ("young", "old")
+AMOUNTS = ("min", "average", "max")
+
+
+@dataclass(frozen=True)
+class Corner:
+    """One of the builds that MakeHuman's artists modelled: an age, an amount of muscle and fat."""
+
+    age: str
+    muscle: str
+    weight: str
+
+
+CORNERS: tuple[Corner, ...] = tuple(Corner(*c) for c in product(AGES, AMOUNTS, AMOUNTS))
+AVERAGE = Corner("young", "average", "average")
 
 
 class HandAssetMissing(PermanentError):
@@ -50,11 +68,11 @@ def asset_folder() -> Path:
     )
 
 
-def target_paths(folder: Path, gender: Gender) -> tuple[Path, ...]:
-    """The macro targets of a young adult of average build, one third of each race."""
+def macro_paths(folder: Path, gender: Gender, corner: Corner) -> tuple[Path, ...]:
+    """The targets of one build at one age, with one third of each race."""
     macro = folder / "targets" / "macrodetails"
-    races = [macro / f"{race}-{gender}-young.target.gz" for race in RACES]
-    build = f"universal-{gender}-young-averagemuscle-averageweight.target.gz"
+    races = [macro / f"{race}-{gender}-{corner.age}.target.gz" for race in RACES]
+    build = f"universal-{gender}-{corner.age}-{corner.muscle}muscle-{corner.weight}weight.target.gz"
     return (*races, macro / build)
 
 
@@ -65,7 +83,7 @@ def input_paths(folder: Path, gender: Gender) -> tuple[Path, ...]:
         folder / "mesh_metadata" / "basemesh_vertex_groups.json",
         folder / "rigs" / "standard" / "weights.default.json",
         folder / "textures" / "mpfb_fingernails.jpg",
-        *target_paths(folder, gender),
+        *dict.fromkeys(p for corner in CORNERS for p in macro_paths(folder, gender, corner)),
     )
 
 
@@ -100,32 +118,39 @@ def read_base_mesh(folder: Path) -> BaseMesh:
     return BaseMesh(np.array(points), pairs[..., 0], np.array(texture)[pairs[..., 1]])
 
 
-def morphed_vertices_m(folder: Path, mesh: BaseMesh, gender: Gender) -> F8:
-    """The base mesh as a young adult of this gender: (N,3) metres in the asset's own frame."""
-    *races, build = target_paths(folder, gender)
-    shift = sum((_target(path, mesh) for path in races), np.zeros_like(mesh.vertices)) / len(races)
-    return (mesh.vertices + shift + _target(build, mesh)) * OBJ_UNIT_M
+def morphed_vertices_m(folder: Path, mesh: BaseMesh, gender: Gender) -> Iterator[F8]:
+    """The base mesh in each of CORNERS: (N,3) metres in the asset's own frame."""
+    read = cache(partial(_target, count=len(mesh.vertices)))
+    for corner in CORNERS:
+        *races, build = macro_paths(folder, gender, corner)
+        shift = sum((read(path) for path in races), np.zeros_like(mesh.vertices)) / len(races)
+        yield (mesh.vertices + shift + read(build)) * OBJ_UNIT_M
 
 
-def _target(path: Path, mesh: BaseMesh) -> F8:
-    shift = np.zeros_like(mesh.vertices)
+def _target(path: Path, count: int) -> F8:
+    """The shift (N,3) of every vertex; a target lists those that move, and may list none."""
     with gzip.open(path, "rt", encoding="utf-8") as lines:
-        for line in lines:
-            if line.strip() and not line.startswith("#"):
-                index, *values = line.split()
-                shift[int(index)] += [float(value) for value in values]
+        words = [line.split() for line in lines if line.strip() and not line.startswith("#")]
+    moved = np.array(words, dtype=np.float64).reshape(-1, 4)
+    shift = np.zeros((count, 3))
+    shift[moved[:, 0].astype(np.int64)] = moved[:, 1:]
     return shift
 
 
-def read_joints_m(folder: Path, vertices_m: F8) -> dict[str, F8]:
-    """The centre of every joint cube, by group name."""
+def read_joint_rows(folder: Path) -> dict[str, I4]:
+    """Which vertices of the base mesh make up each joint cube of the right arm, by group name."""
     text = (folder / "mesh_metadata" / "basemesh_vertex_groups.json").read_text()
     groups: dict[str, list[list[int]]] = json.loads(text)
     return {
-        name: np.concatenate([vertices_m[first : last + 1] for first, last in ranges]).mean(axis=0)
+        name: np.concatenate([np.arange(a, b + 1, dtype=np.int32) for a, b in ranges])
         for name, ranges in groups.items()
-        if name.startswith("joint-")
+        if name.startswith("joint-r-")
     }
+
+
+def joints_m(rows: dict[str, I4], vertices_m: F8) -> dict[str, F8]:
+    """The centre of every joint cube, by group name."""
+    return {name: vertices_m[cube].mean(axis=0) for name, cube in rows.items()}
 
 
 def read_weights(folder: Path, names: tuple[str, ...], vertex_count: int) -> F8:

@@ -1,166 +1,256 @@
-"""Compiles a hand from the asset package's data, once, and keeps it in a cache."""
+"""Compiles the hands of a gender from the asset package's data: cut, scale, sculpt, rig, paint."""
 
-import logging
-import tempfile
-import zipfile
-import zlib
-from dataclasses import fields, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from hi5_common.domain.vocabulary import Gender, Handedness
-from services.worker.hand import asset, bones, cut, maps, rest
-from services.worker.hand.centres import rotation_centres_m
-from services.worker.hand.keypoints import keypoint_weights, rest_keypoints_m
-from services.worker.hand.model import COMPILER_VERSION, F8, HandModel, content_hash
+from hi5_common.domain.vocabulary import Gender
+from services.worker.hand import asset, bones, cut, growth, maps, profile, rest
+from services.worker.hand.asset import F8, I4
+from services.worker.hand.builds import HandFamily
+from services.worker.hand.centres import CentreMap
+from services.worker.hand.keypoints import (
+    digit_lines_m,
+    keypoint_binding,
+    keypoint_weights,
+    section_points,
+)
+from services.worker.hand.measure import hand_breadth_m, hand_length_m
 from services.worker.hand.parts import PARTS, HandPart
 from services.worker.hand.rotation import unit
-from services.worker.hand.subdivide import refined
+from services.worker.hand.subdivide import Subdivision, refined
 from services.worker.hand.surface import triangles, vertex_normals
-
-LOG = logging.getLogger(__name__)
 
 SMOOTH_LEVELS = 1
 """Keypoints are centred in the smooth surface, which is thinner than the control mesh."""
+MEAN_LENGTH_M = {Gender.MALE: 0.1938, Gender.FEMALE: 0.1805}
+MEAN_BREADTH_M = {Gender.MALE: 0.0904, Gender.FEMALE: 0.0794}
+"""Means of the US Army survey of 1988 (Gordon et al., NATICK/TR-89/044): stylion to tip of the
+middle finger; breadth across the ends of metacarpals 2 and 5."""
+PROFILE_PASSES = 2
+FOREARM_GROWTH = 0.17
+"""The asset's wrists measure 147 and 129 mm round; those of men and women 174 and 152 (ibid.)."""
 
 
-def load_hand(gender: Gender, cache_dir: Path) -> HandModel:
-    """The right hand of this gender, from the cache or compiled into it.
+@dataclass(frozen=True, eq=False)
+class Build:
+    """The points of one modelled build in the hand's frame: vertices (V,3), heads, tails (B,3)."""
 
-    The file's name carries the hash of the input files and the compiler's version; a file that
-    cannot be read or does not match its own hash is compiled anew. Raises HandAssetMissing.
-    """
-    folder = asset.asset_folder()
-    key = asset.input_hash(folder, gender)[:24]
-    path = cache_dir / f"hand-{gender}-{COMPILER_VERSION}-{key}.npz"
-    cached = _read(path)
-    if cached is not None:
-        return cached
-    model = compile_hand(folder, gender)
-    _write(path, model)
-    return model
+    vertices_m: F8
+    heads_m: F8
+    tails_m: F8
+
+    def shifted(self, field: growth.Field, amount: float) -> "Build":
+        """The points moved by some amount of a field."""
+        return Build(
+            self.vertices_m + amount * field.vertices_m,
+            self.heads_m + amount * field.heads_m,
+            self.tails_m + amount * field.tails_m,
+        )
+
+    def stretched(self, factors: F8) -> "Build":
+        """The points multiplied by factors (3,) along x, y and z."""
+        return Build(self.vertices_m * factors, self.heads_m * factors, self.tails_m * factors)
 
 
-def compile_hand(folder: Path, gender: Gender) -> HandModel:
-    """Cut, scale, rig and paint the right hand of this gender (about a second)."""
+@dataclass(frozen=True, eq=False)
+class Source:
+    """What all builds of a gender have in common."""
+
+    cut: cut.CutMesh
+    weights: F8
+    nails: npt.NDArray[np.bool_]
+    smooth: Subdivision
+
+
+def compile_family(folder: Path, gender: Gender) -> HandFamily:
+    """All hands of a gender (a few seconds)."""
     mesh = asset.read_base_mesh(folder)
-    base_joints = asset.read_joints_m(folder, mesh.vertices)
+    joint_rows = asset.read_joint_rows(folder)
+    base_joints = asset.joints_m(joint_rows, mesh.vertices)
     ends = (base_joints[f"joint-r-{name}"] for name in ("elbow", "hand", "finger-3-4"))
     cut_mesh = cut.cut_forearm(mesh, *ends)
-    body_m = asset.morphed_vertices_m(folder, mesh, gender)
-    filed_joints_m = asset.read_joints_m(folder, body_m)
-    frame, origin = rest.hand_frame(filed_joints_m), filed_joints_m["joint-r-hand"]
-    joints_m = {name: (joint - origin) @ frame.T for name, joint in filed_joints_m.items()}
-    vertices_m = _closed(cut_mesh, (body_m[cut_mesh.source] - origin) @ frame.T, joints_m)
+    builds = [
+        _framed(body_m, cut_mesh, asset.joints_m(joint_rows, body_m))
+        for body_m in asset.morphed_vertices_m(folder, mesh, gender)
+    ]
+    average = builds[asset.CORNERS.index(asset.AVERAGE)]
+    length_m = _bone_length_m(average)
+    builds = [build.stretched(np.full(3, length_m / _bone_length_m(build))) for build in builds]
     filed = asset.read_weights(folder, maps.WEIGHT_GROUPS, len(mesh.vertices))[cut_mesh.source]
-    along = _along(vertices_m, joints_m)
-    weights = maps.bone_weights(_cap_weighted(filed, len(vertices_m)), along)
-    weights = maps.web_smoothed(weights, cut_mesh.quads)
-    nails = rest.nail_quads(cut_mesh.uvs, asset.read_nail_mask(folder))
-    return _assembled(gender, vertices_m, cut_mesh, weights, nails, joints_m)
+    source = _source(cut_mesh, filed, average, asset.read_nail_mask(folder))
+    return _family(gender, source, _calibrated(gender, source, builds))
 
 
-def _closed(cut_mesh: cut.CutMesh, skin_m: F8, joints_m: dict[str, F8]) -> F8:
-    """The skin's vertices with those of the cap behind them."""
-    elbow_m, wrist_m = joints_m["joint-r-elbow"], joints_m["joint-r-hand"]
-    cap_m = cut.cap_vertices_m(skin_m[cut_mesh.boundary], elbow_m, wrist_m)
-    return np.concatenate([skin_m, cap_m])
+def _framed(body_m: F8, cut_mesh: cut.CutMesh, filed_m: dict[str, F8]) -> Build:
+    """The skin and the tube behind it, the bones' ends, in the hand's own frame."""
+    frame, origin = rest.hand_frame(filed_m), filed_m["joint-r-hand"]
+
+    def framed(points_m: F8) -> F8:
+        turned: F8 = np.einsum("...k,jk->...j", points_m - origin, frame)
+        return turned
+
+    joints = {name: framed(joint) for name, joint in filed_m.items()}
+    skin_m = framed(body_m[cut_mesh.source])
+    tube_m = cut.tube_vertices_m(
+        skin_m[cut_mesh.boundary], joints["joint-r-elbow"], joints["joint-r-hand"]
+    )
+    return Build(
+        np.concatenate([skin_m, tube_m]),
+        np.stack([joints[bone.head_joint] for bone in bones.BONES]),
+        np.stack([joints[bone.tail_joint] for bone in bones.BONES]),
+    )
 
 
-def _cap_weighted(filed: F8, count: int) -> F8:
-    """The asset's weights, with the cap given to the forearm."""
-    weights = np.zeros((count, filed.shape[1]))
-    weights[: len(filed)] = filed
-    weights[len(filed) :, 0] = 1.0
-    return weights
+def _bone_length_m(build: Build) -> float:
+    return float(np.linalg.norm(build.tails_m[bones.BONE_INDEX["middle_distal"]]))
 
 
-def _along(vertices_m: F8, joints_m: dict[str, F8]) -> F8:
+def _source(cut_mesh: cut.CutMesh, filed: F8, average: Build, nail_mask: F8) -> Source:
+    """Weights (the tube is the forearm's), nails and smooth surface, from the average build."""
+    count = len(average.vertices_m)
+    with_tube = np.zeros((count, filed.shape[1]))
+    with_tube[: len(filed)] = filed
+    with_tube[len(filed) :, 0] = 1.0
+    weights = maps.bone_weights(with_tube, _along(average))
+    return Source(
+        cut_mesh,
+        maps.web_smoothed(weights, cut_mesh.quads),
+        rest.nail_quads(cut_mesh.uvs, nail_mask),
+        refined(count, cut_mesh.quads, cut_mesh.uvs.astype(np.float32), SMOOTH_LEVELS),
+    )
+
+
+def _along(build: Build) -> F8:
     """Position (V,) along the forearm: 0 at the elbow joint, 1 at the wrist joint."""
-    elbow_m = joints_m["joint-r-elbow"]
-    forearm = joints_m["joint-r-hand"] - elbow_m
-    along: F8 = (vertices_m - elbow_m) @ forearm / (forearm @ forearm)
+    row = bones.BONE_INDEX["forearm"]
+    elbow_m = build.heads_m[row]
+    forearm = build.tails_m[row] - elbow_m
+    along: F8 = (build.vertices_m - elbow_m) @ forearm / (forearm @ forearm)
     return along
 
 
-def _assembled(
-    gender: Gender,
-    vertices_m: F8,
-    cut_mesh: cut.CutMesh,
-    weights: F8,
-    nails: npt.NDArray[np.bool_],
-    joints_m: dict[str, F8],
-) -> HandModel:
-    quads, uvs = cut_mesh.quads, cut_mesh.uvs.astype(np.float32)
-    heads_m = np.stack([joints_m[bone.head_joint] for bone in bones.BONES])
-    tails_m = np.stack([joints_m[bone.tail_joint] for bone in bones.BONES])
-    nail_normals = rest.nail_normals(vertices_m, quads[nails], tails_m)
-    hinges = rest.hinge_axes(heads_m, tails_m, nail_normals)
-    smooth = refined(len(vertices_m), quads, uvs, SMOOTH_LEVELS)
-    smooth_m, faces = smooth.apply(vertices_m), triangles(smooth.quads)
-    part = maps.vertex_parts(weights)
-    model = HandModel(
-        gender=gender,
-        handedness=Handedness.RIGHT,
-        vertices_m=vertices_m,
-        quads=quads,
-        uvs=uvs,
-        weights=weights,
-        rotation_centres_m=rotation_centres_m(vertices_m, triangles(quads), weights),
-        bone_names=bones.BONE_NAMES,
-        parents=np.array(bones.PARENTS, dtype=np.int32),
-        bone_heads_m=heads_m,
-        bone_tails_m=tails_m,
-        hinges=hinges,
-        rest_angles_deg=rest.rest_angles_deg(heads_m, tails_m, hinges),
-        nail=maps.nail_map(quads, nails, len(vertices_m)),
-        palm=maps.palm_map(
-            vertices_m,
-            vertex_normals(vertices_m, quads),
-            weights,
-            unit(tails_m - heads_m),
-            hinges,
-        ),
-        forearm=part == PARTS.index(HandPart.FOREARM),
-        keypoints_m=rest_keypoints_m(smooth_m, faces, heads_m, tails_m, hinges),
-        keypoint_weights=keypoint_weights(),
-        part=part,
-        content_hash="",
+def _calibrated(gender: Gender, source: Source, builds: list[Build]) -> list[Build]:
+    """The builds with the mean hand's length and breadth, and with human finger breadths."""
+    at = asset.CORNERS.index(asset.AVERAGE)
+    flesh = _Flesh(source, builds[at])
+    across = MEAN_BREADTH_M[gender] / hand_breadth_m(flesh.smooth_m, flesh.part, flesh.keypoints_m)
+    along = MEAN_LENGTH_M[gender] / hand_length_m(
+        builds[at].heads_m, builds[at].tails_m, flesh.smooth_m
     )
-    return replace(model, content_hash=content_hash(model))
+    builds = [build.stretched(np.array([across, along, across])) for build in builds]
+    limb = _forearm_shift(builds[at])
+    builds = [build.shifted(limb, FOREARM_GROWTH) for build in builds]
+    for _ in range(PROFILE_PASSES):
+        shift = _profile_shift(gender, source, builds[at])
+        builds = [build.shifted(shift, 1.0) for build in builds]
+    return builds
 
 
-def _read(path: Path) -> HandModel | None:
-    """The cached model, or None when there is none or it is damaged."""
-    try:
-        # Opened here: np.load leaves its file open when the archive is damaged.
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as filed:
-            model = _restored({name: filed[name] for name in filed.files})
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
-        LOG.warning("cached hand is damaged", extra={"action": "recompile", "path": str(path)})
-        return None
-    return model if model.content_hash == content_hash(model) else None
+class _Flesh:
+    """The smooth skin of a build, with hinges and keypoints measured on it."""
+
+    def __init__(self, source: Source, build: Build) -> None:
+        self.smooth_m = source.smooth.apply(build.vertices_m)
+        self.faces = triangles(source.smooth.quads)
+        self.part = source.smooth.owners(maps.vertex_parts(source.weights))
+        self.hinges = _hinges(source, build)
+        self.sections = section_points(
+            self.smooth_m, self.faces, build.heads_m, build.tails_m, self.hinges
+        )
+        self.keypoints_m = np.stack([section.centre_m for section in self.sections])
 
 
-def _restored(filed: dict[str, npt.NDArray[Any]]) -> HandModel:
-    values: dict[str, Any] = {field.name: filed[field.name] for field in fields(HandModel)}
-    values["gender"] = Gender(str(values["gender"]))
-    values["handedness"] = Handedness(str(values["handedness"]))
-    values["bone_names"] = tuple(str(name) for name in values["bone_names"])
-    values["content_hash"] = str(values["content_hash"])
-    return HandModel(**values)
+def _hinges(source: Source, build: Build) -> F8:
+    nail_normals = rest.nail_normals(
+        build.vertices_m, source.cut.quads[source.nails], build.tails_m
+    )
+    return rest.hinge_axes(build.heads_m, build.tails_m, nail_normals)
 
 
-def _write(path: Path, model: HandModel) -> None:
-    """Write beside the place and rename, so that no reader sees half a file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    arrays = {field.name: np.asarray(getattr(model, field.name)) for field in fields(model)}
-    with tempfile.TemporaryDirectory(dir=path.parent) as folder:
-        whole = Path(folder) / path.name
-        np.savez(whole, allow_pickle=False, **arrays)
-        whole.replace(path)
+def _forearm_shift(build: Build) -> growth.Field:
+    """The shift when the girth of wrist and forearm doubles."""
+    row = bones.BONE_INDEX["forearm"]
+    shift_m = growth.forearm_girth_shift_m(build.vertices_m, build.heads_m[row], build.tails_m[row])
+    return growth.Field(shift_m, np.zeros_like(build.heads_m), np.zeros_like(build.tails_m))
+
+
+def _profile_shift(gender: Gender, source: Source, build: Build) -> growth.Field:
+    flesh = _Flesh(source, build)
+    size = MEAN_BREADTH_M[gender] / profile.REFERENCE_BREADTH_M
+    shift_m = np.zeros_like(build.vertices_m)
+    lines = digit_lines_m(flesh.keypoints_m)
+    for hinge, (digit, line_m) in zip(flesh.hinges, lines.items(), strict=True):
+        points_m = profile.at_stations(line_m, profile.STATIONS[digit])
+        breadths_m = profile.breadths_m(points_m, hinge, flesh.smooth_m, flesh.faces)
+        ratios = size * np.array(profile.BREADTHS_MM[digit]) / (1000.0 * breadths_m)
+        shift_m += profile.profile_shift_m(build.vertices_m, source.weights, digit, line_m, ratios)
+    return growth.Field(shift_m, np.zeros_like(build.heads_m), np.zeros_like(build.tails_m))
+
+
+def _family(gender: Gender, source: Source, builds: list[Build]) -> HandFamily:
+    average = builds[asset.CORNERS.index(asset.AVERAGE)]
+    flesh = _Flesh(source, average)
+    weights, quads = source.weights, source.cut.quads
+    points = _Points(source, average, keypoint_binding(flesh.sections, source.smooth))
+    length = growth.finger_length_field(
+        average.vertices_m, weights, average.heads_m, average.tails_m
+    )
+    part = maps.vertex_parts(weights)
+    return HandFamily.hashed(
+        gender=gender,
+        quads=quads,
+        uvs=source.cut.uvs.astype(np.float32),
+        weights=weights,
+        nail_faces=source.nails,
+        nail=maps.nail_map(quads, source.nails, len(weights)),
+        palm=_palm(average, source, flesh.hinges),
+        forearm=part == PARTS.index(HandPart.FOREARM),
+        part=part,
+        keypoint_weights=keypoint_weights(),
+        builds_m=np.stack([points.of(build) for build in builds]),
+        finger_length_m=points.of(Build(length.vertices_m, length.heads_m, length.tails_m)),
+        finger_thickness_m=points.of(_thickness(source, average, flesh.keypoints_m)),
+    )
+
+
+def _thickness(source: Source, average: Build, keypoints_m: F8) -> Build:
+    """The shift when every digit's girth doubles."""
+    shift_m = np.zeros_like(average.vertices_m)
+    for digit, line_m in digit_lines_m(keypoints_m).items():
+        flesh = growth.finger_flesh(average.vertices_m, source.weights, digit, line_m)
+        shift_m += flesh.share[:, None] * flesh.radial_m
+    return Build(shift_m, np.zeros_like(average.heads_m), np.zeros_like(average.tails_m))
+
+
+def _palm(average: Build, source: Source, hinges: F8) -> F8:
+    return maps.palm_map(
+        average.vertices_m,
+        vertex_normals(average.vertices_m, source.cut.quads),
+        source.weights,
+        unit(average.tails_m - average.heads_m),
+        hinges,
+    )
+
+
+class _Points:
+    """Derives rotation centres and keypoints of a build, linearly in its vertices."""
+
+    def __init__(self, source: Source, average: Build, binding: F8) -> None:
+        faces: I4 = triangles(source.cut.quads)
+        self._centres = CentreMap.of(average.vertices_m, faces, source.weights)
+        self._binding = binding
+
+    def of(self, build: Build) -> F8:
+        """All points (P,3) in the order that family.py names."""
+        return np.concatenate(
+            [
+                build.vertices_m,
+                build.heads_m,
+                build.tails_m,
+                self._centres.apply(build.vertices_m),
+                np.einsum("kv,vi->ki", self._binding, build.vertices_m),
+            ]
+        )

@@ -4,6 +4,7 @@ Topology is decided on the unmorphed base mesh, so every gender has the same one
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -11,13 +12,15 @@ import numpy.typing as npt
 from hi5_common.domain.errors import PermanentError
 from services.worker.hand.asset import F8, I4, BaseMesh
 
-CUT = 0.04
-"""Faces are kept whose corners all lie further than this share from elbow to wrist."""
-RIM = 0.03
-"""Where the flat end of the forearm lies, as a share from elbow to wrist."""
-RIM_SMOOTHINGS = 4
-"""The cut follows the mesh in zigzags; this many averages along the ring round them off."""
-RIM_INSET = 0.8
+CUT = 0.12
+"""Faces are kept whose corners all lie further than this share from elbow to wrist: the bumps of
+the elbow are left out, and what comes before them is a plain tube."""
+RINGS = (0.09, 0.06, 0.03, 0.01, 0.0)
+"""Where the rings of the arm's plain tube lie, as shares from elbow to wrist; the last one is the
+edge of its flat end."""
+RING_SMOOTHINGS = (3, 8, 16, 24, 24)
+"""The cut follows the mesh in zigzags; so many averages along each ring round them off."""
+END_INSET = 0.8
 """Radius of the ring on the flat end that keeps its edge tight under subdivision."""
 
 
@@ -27,7 +30,7 @@ class HandMeshUnusable(PermanentError):
 
 @dataclass(frozen=True, eq=False)
 class CutMesh:
-    """A closed quad mesh whose vertices are rows of the base mesh, then three cap groups.
+    """A closed quad mesh whose vertices are rows of the base mesh, then those of the arm's tube.
 
     source (S,) base row of the first S vertices; boundary (N,) the open loop among them, in the
     order in which the cap runs; quads (F,4); uvs (F,4,2).
@@ -97,13 +100,13 @@ def _open_loop(quads: I4, uvs: F8) -> tuple[I4, F8]:
 
 
 def _cap(boundary: I4, loop_uvs: F8, first_new: int) -> tuple[I4, F8]:
-    """A sleeve to the rim, a ring to the inset, and a fan of quads about the centre."""
+    """The tube ring by ring, the inset on its flat end, and a fan of quads about the centre."""
     count = len(boundary)
-    rim = np.arange(first_new, first_new + count, dtype=np.int32)
-    inset = rim + count
-    sleeve, ring = _strip(boundary, rim), _strip(rim, inset)
-    even = np.arange(0, count, 2)
-    centre = np.full(len(even), first_new + 2 * count)
+    new = first_new + np.arange((len(RINGS) + 1) * count, dtype=np.int32)
+    rings = [boundary, *new.reshape(-1, count)]
+    strips = [_strip(*pair) for pair in pairwise(rings)]
+    inset, even = rings[-1], np.arange(0, count, 2)
+    centre = np.full(len(even), first_new + len(new))
     fan = np.stack(
         [inset[even], inset[even + 1], inset[(even + 2) % count], centre], axis=1
     ).astype(np.int32)
@@ -111,20 +114,34 @@ def _cap(boundary: I4, loop_uvs: F8, first_new: int) -> tuple[I4, F8]:
     fan_uvs = np.stack(
         [loop_uvs[even, 0], loop_uvs[even, 1], loop_uvs[even + 1, 1], loop_uvs[even, 0]], axis=1
     )
-    return np.concatenate([sleeve, ring, fan]), np.concatenate([strip_uvs, strip_uvs, fan_uvs])
+    return np.concatenate([*strips, fan]), np.concatenate([strip_uvs] * len(strips) + [fan_uvs])
 
 
 def _strip(outer: I4, inner: I4) -> I4:
     return np.stack([outer, np.roll(outer, -1), np.roll(inner, -1), inner], axis=1)
 
 
-def cap_vertices_m(boundary_m: F8, elbow_m: F8, wrist_m: F8) -> F8:
-    """Rim, inset ring and centre of the flat forearm end: (2N+1, 3) metres."""
+def tube_vertices_m(boundary_m: F8, elbow_m: F8, wrist_m: F8) -> F8:
+    """Rings, inset ring and centre of the arm's tube: ((R + 1) N + 1, 3) metres."""
     forearm = wrist_m - elbow_m
-    axis = forearm / np.linalg.norm(forearm)
-    along = (boundary_m - elbow_m) @ axis
-    rim = boundary_m + np.outer(RIM * np.linalg.norm(forearm) - along, axis)
-    for _ in range(RIM_SMOOTHINGS):
-        rim = (np.roll(rim, 1, axis=0) + 2.0 * rim + np.roll(rim, -1, axis=0)) / 4.0
-    centre = rim.mean(axis=0)
-    return np.concatenate([rim, centre + RIM_INSET * (rim - centre), centre[None]])
+    length_m = float(np.linalg.norm(forearm))
+    axis = forearm / length_m
+    rings = []
+    for station, smoothings in zip(RINGS, RING_SMOOTHINGS, strict=True):
+        ring = _rounded(boundary_m, smoothings)
+        along_m = (ring - elbow_m) @ axis
+        rings.append(ring + np.outer(station * length_m - along_m, axis))
+    centre = rings[-1].mean(axis=0)
+    inset = centre + END_INSET * (rings[-1] - centre)
+    return np.concatenate([*rings, inset, centre[None]])
+
+
+def _rounded(ring_m: F8, smoothings: int) -> F8:
+    """The ring averaged along itself, and blown up again to the girth that it lost by that."""
+    smooth = ring_m
+    for _ in range(smoothings):
+        smooth = (np.roll(smooth, 1, axis=0) + 2.0 * smooth + np.roll(smooth, -1, axis=0)) / 4.0
+    centre = ring_m.mean(axis=0)
+    radii = [np.linalg.norm(points - centre, axis=1).mean() for points in (ring_m, smooth)]
+    rounded: F8 = centre + (smooth - centre) * (radii[0] / radii[1])
+    return rounded

@@ -6,7 +6,8 @@ from services.worker.hand.asset import F8, I4
 from services.worker.hand.bones import BONE_INDEX, BONES
 from services.worker.hand.rest import DIGITS
 from services.worker.hand.rotation import unit
-from services.worker.hand.surface import chord_centre, ray_hits, section_centre
+from services.worker.hand.subdivide import Subdivision
+from services.worker.hand.surface import Section, limb_chord, limb_section, ray_hits
 
 TIP_DEPTH_M = 0.004
 """How far inside the end of the finger its tip keypoint lies."""
@@ -31,15 +32,17 @@ def keypoint_weights() -> F8:
     return weights
 
 
-def rest_keypoints_m(vertices_m: F8, faces: I4, heads_m: F8, tails_m: F8, hinges: F8) -> F8:
-    """(21,3) at rest, each in the middle of its cross-section.
+def section_points(
+    vertices_m: F8, faces: I4, heads_m: F8, tails_m: F8, hinges: F8
+) -> list[Section]:
+    """The 21 keypoints at rest, each in the middle of its cross-section.
 
     Where the limb's outline is its own (wrist, PIP, DIP, thumb IP) that is the centroid of the
     section; in the palm (MCP, thumb CMC) it is halfway between dorsal and palmar skin.
     vertices_m, faces: the smooth surface as triangles (T,3).
     """
     way = unit(tails_m - heads_m)
-    wrist = section_centre(
+    wrist = limb_section(
         heads_m[BONE_INDEX["hand"]],
         way[BONE_INDEX["forearm"]] + np.array([0.0, 1.0, 0.0]),
         vertices_m,
@@ -53,17 +56,59 @@ def rest_keypoints_m(vertices_m: F8, faces: I4, heads_m: F8, tails_m: F8, hinges
             before, after = bones[joint], bones[joint + 1]
             head = heads_m[after]
             if joint >= first_free:
-                points.append(section_centre(head, way[before] + way[after], vertices_m, faces))
+                points.append(limb_section(head, way[before] + way[after], vertices_m, faces))
             else:
                 dorsal = np.cross(way[after], hinge)
-                points.append(chord_centre(head, dorsal, vertices_m, faces))
+                points.append(limb_chord(head, dorsal, vertices_m, faces))
         points.append(_tip(heads_m[bones[3]], tails_m[bones[3]], vertices_m, faces))
-    return np.stack(points)
+    return points
 
 
-def _tip(head: F8, tail: F8, vertices_m: F8, faces: I4) -> F8:
+def _tip(head: F8, tail: F8, vertices_m: F8, faces: I4) -> Section:
     """The middle of the finger TIP_DEPTH_M inside its end."""
     way = unit(tail - head)
-    middle = section_centre((head + tail) / 2.0, way, vertices_m, faces)
+    middle = limb_section((head + tail) / 2.0, way, vertices_m, faces).centre_m
     reach = ray_hits(middle, way[None], vertices_m, faces)[0, 0]
-    return section_centre(middle + way * (reach - TIP_DEPTH_M), way, vertices_m, faces)
+    return limb_section(middle + way * (reach - TIP_DEPTH_M), way, vertices_m, faces)
+
+
+def keypoint_binding(sections: list[Section], smooth: Subdivision) -> F8:
+    """(21,V): each keypoint as an affine mean of the control vertices of the skin round it.
+
+    So a keypoint stays the middle of its section while the hand's shape changes, and is linear
+    in the vertices.
+    """
+    binding = np.empty((len(sections), smooth.control_count))
+    lengths = np.diff(smooth.starts)
+    for row, section in enumerate(sections):
+        shares = section.shares * _affine_weights(section)[:, None]
+        on_smooth = np.bincount(
+            section.faces.ravel(), shares.ravel(), minlength=smooth.vertex_count
+        )
+        spread = smooth.values * np.repeat(on_smooth, lengths)
+        binding[row] = np.bincount(smooth.columns, spread, minlength=smooth.control_count)
+    return binding
+
+
+def _affine_weights(section: Section) -> F8:
+    """Weights (N,) of the outline's points, as even as can be, that sum to 1 and give the middle.
+
+    Least squares about even weights; the outline may lie in a plane or on a line.
+    """
+    count = len(section.points_m)
+    even = np.full(count, 1.0 / count)
+    offsets = section.points_m - section.centre_m
+    scale = np.abs(offsets).max()
+    conditions = np.vstack([offsets.T / scale, np.ones(count)])
+    missing = np.array([0.0, 0.0, 0.0, 1.0]) - conditions @ even
+    weights: F8 = even + np.linalg.lstsq(conditions, missing, rcond=1e-9)[0]
+    return weights
+
+
+def digit_lines_m(keypoints_m: F8) -> dict[str, F8]:
+    """The middle line of the free segments of each digit: (4,3) of a finger, (3,3) of the thumb."""
+    lines = {}
+    for row, digit in enumerate(DIGITS):
+        first = 2 if digit == "thumb" else 1
+        lines[digit] = keypoints_m[4 * row + first : 4 * row + 5]
+    return lines

@@ -1,7 +1,6 @@
 """The compiled hand: geometry, skin weights, skin maps and keypoints at rest."""
 
-import hashlib
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -58,7 +57,7 @@ class HandModel:
     part: I4
     """(V,) index into parts.PARTS."""
     content_hash: str
-    """SHA-256 over the arrays and the compiler's version."""
+    """Hexadecimal SHA-256 of what the hand was made from: family, shape, side."""
 
     def hand_quads(self) -> I4:
         """Return the quads (G, 4) of the hand alone, without the forearm and the wrist's edge."""
@@ -68,7 +67,7 @@ class HandModel:
         """The other hand: x negated, winding reversed, texture coordinates kept per vertex."""
         other = Handedness.LEFT if self.handedness is Handedness.RIGHT else Handedness.RIGHT
         flip = np.array([-1.0, 1.0, 1.0])
-        flipped = replace(
+        return replace(
             self,
             handedness=other,
             vertices_m=self.vertices_m * flip,
@@ -78,25 +77,14 @@ class HandModel:
             bone_heads_m=self.bone_heads_m * flip,
             bone_tails_m=self.bone_tails_m * flip,
             keypoints_m=self.keypoints_m * flip,
+            content_hash=_other_side(self.content_hash),
         )
-        return replace(flipped, content_hash=content_hash(flipped))
 
 
-COMPILER_VERSION = "5"
+def _other_side(content_hash: str) -> str:
+    """The hash of the mirrored hand: every bit turned, so that twice is the same hand."""
+    return "".join(f"{15 - int(digit, 16):x}" for digit in content_hash)
+
+
+COMPILER_VERSION = "6"
 """Raised with every change that alters a compiled hand."""
-
-
-def content_hash(model: HandModel) -> str:
-    """SHA-256 over names, shapes and bytes of every field but the hash itself."""
-    digest = hashlib.sha256(COMPILER_VERSION.encode())
-    for field in fields(model):
-        value = getattr(model, field.name)
-        if field.name == "content_hash":
-            continue
-        digest.update(field.name.encode())
-        if isinstance(value, np.ndarray):
-            digest.update(f"{value.dtype.str}{value.shape}".encode())
-            digest.update(np.ascontiguousarray(value).tobytes())
-        else:
-            digest.update(repr(value).encode())
-    return digest.hexdigest()

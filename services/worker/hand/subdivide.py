@@ -27,6 +27,8 @@ class Subdivision:
     starts: I4
     columns: I4
     values: F8
+    control_count: int
+    """V, the number of control vertices."""
 
     @property
     def vertex_count(self) -> int:
@@ -65,7 +67,7 @@ def refined(vertex_count: int, quads: I4, uvs: F4, levels: int) -> Subdivision:
         step, quads = _step(total.height, quads)
         total = step.times(total)
         uvs = _split_uvs(uvs)
-    return Subdivision(quads, uvs, total.starts, total.columns, total.values)
+    return Subdivision(quads, uvs, total.starts, total.columns, total.values, vertex_count)
 
 
 @dataclass(frozen=True, eq=False)

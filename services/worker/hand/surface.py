@@ -1,5 +1,7 @@
 """Geometry of the hand's skin: triangles, normals, rays, sections."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
 from services.worker.hand.asset import F8, I4
@@ -21,9 +23,14 @@ def vertex_normals(vertices_m: F8, quads: I4) -> F8:
 
 
 def ray_hits(origin_m: F8, directions: F8, vertices_m: F8, faces: I4) -> F8:
-    """Sorted distances (R,T) in metres at which rays from one origin meet triangles (T,3).
+    """Sorted distances (R,T) in metres at which rays from one origin meet triangles (T,3)."""
+    return np.sort(ray_distances(origin_m, directions, vertices_m, faces), axis=1)
 
-    inf where there is none (Möller and Trumbore 1997, both sides counted).
+
+def ray_distances(origin_m: F8, directions: F8, vertices_m: F8, faces: I4) -> F8:
+    """Distance (R,T) in metres along each ray from one origin to each triangle (T,3).
+
+    inf where they do not meet (Möller and Trumbore 1997, both sides counted).
     """
     corners = vertices_m[faces]
     edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -36,7 +43,7 @@ def ray_hits(origin_m: F8, directions: F8, vertices_m: F8, faces: I4) -> F8:
         v = -np.einsum("tk,rtk->rt", edge1, turned) / det
         distance = np.einsum("tk,tk->t", offset, normal) / det
         hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)
-    return np.sort(np.where(hit, distance, np.inf), axis=1)
+    return np.where(hit, distance, np.inf)
 
 
 def winding_numbers(points_m: F8, vertices_m: F8, faces: I4) -> F8:
@@ -59,30 +66,64 @@ def volume_m3(vertices_m: F8, faces: I4) -> float:
     return float(np.einsum("tk,tk->", a, np.cross(b, c)) / 6.0)
 
 
-def section_centre(centre_m: F8, normal: F8, vertices_m: F8, faces: I4, rays: int = 96) -> F8:
-    """Area centroid (3,) of the limb's section through centre_m across a normal.
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A point in the middle of a limb, and the skin round it that it is the middle of.
 
-    The outline is what rays from the centre meet first, so the section must be star-shaped.
+    centre_m (3,); faces (N,3) the triangles that hold the outline's points, as vertex rows;
+    shares (N,3) barycentric coordinates of the points in them; points_m (N,3).
+    """
+
+    centre_m: F8
+    faces: I4
+    shares: F8
+    points_m: F8
+
+
+def skin_about(centre_m: F8, directions: F8, vertices_m: F8, faces: I4) -> Section:
+    """What rays (N,3) from a point inside the limb meet first; the middle is the point itself."""
+    reach = ray_distances(centre_m, directions, vertices_m, faces)
+    nearest = np.argmin(reach, axis=1)
+    points_m = centre_m + reach[np.arange(len(nearest)), nearest, None] * directions
+    met = faces[nearest]
+    return Section(centre_m, met, _barycentric(points_m, vertices_m[met]), points_m)
+
+
+def _barycentric(points_m: F8, corners_m: F8) -> F8:
+    """Coordinates (N,3) of points (N,3) in the planes of triangles (N,3,3)."""
+    edge1, edge2 = corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0]
+    normal = np.cross(edge1, edge2)
+    offset = points_m - corners_m[:, 0]
+    size = np.einsum("nk,nk->n", normal, normal)
+    v = np.einsum("nk,nk->n", np.cross(offset, edge2), normal) / size
+    w = np.einsum("nk,nk->n", np.cross(edge1, offset), normal) / size
+    return np.stack([1.0 - v - w, v, w], axis=1)
+
+
+def limb_section(centre_m: F8, normal: F8, vertices_m: F8, faces: I4, rays: int = 96) -> Section:
+    """The limb's section through a point across a normal, with its area centroid as middle.
+
+    The outline is what rays from the point meet first, so the section must be star-shaped.
     """
     across = unit(np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]))
     frame = np.stack([across, np.cross(unit(normal), across)])
     turn = np.linspace(0.0, 2.0 * np.pi, rays, endpoint=False)
-    outline = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    reach = ray_hits(centre_m, outline @ frame, vertices_m, faces)[:, 0]
-    outline *= reach[:, None]
+    ways = np.stack([np.cos(turn), np.sin(turn)], axis=1) @ frame
+    height = np.einsum("vk,k->v", vertices_m - centre_m, normal)[faces]
+    crossing = faces[(height.min(axis=1) <= 0.0) & (height.max(axis=1) >= 0.0)]
+    section = skin_about(centre_m, ways, vertices_m, crossing)
+    outline = (section.points_m - centre_m) @ frame.T
     following = np.roll(outline, -1, axis=0)
     area = outline[:, 0] * following[:, 1] - outline[:, 1] * following[:, 0]
     shift = ((outline + following) * area[:, None]).sum(axis=0) / (3.0 * area.sum())
-    centroid: F8 = centre_m + shift @ frame
-    return centroid
+    return replace(section, centre_m=centre_m + shift @ frame)
 
 
-def chord_centre(centre_m: F8, direction: F8, vertices_m: F8, faces: I4) -> F8:
-    """The middle (3,) between the skin on either side of a point along a direction."""
+def limb_chord(centre_m: F8, direction: F8, vertices_m: F8, faces: I4) -> Section:
+    """The skin on either side of a point along a direction, with the point halfway as middle."""
     way = unit(direction)
-    ahead, behind = ray_hits(centre_m, np.stack([way, -way]), vertices_m, faces)[:, 0]
-    middle: F8 = centre_m + way * (ahead - behind) / 2.0
-    return middle
+    chord = skin_about(centre_m, np.stack([way, -way]), vertices_m, faces)
+    return replace(chord, centre_m=chord.points_m.mean(axis=0))
 
 
 def vertex_areas_m2(vertices_m: F8, quads: I4) -> F8:

@@ -1,40 +1,47 @@
 """The posed hand as a surface in the world: what is rendered is what is labelled."""
 
-from functools import lru_cache
-
-import numpy as np
-import numpy.typing as npt
-
-from services.worker.hand.skin import posed_hand
+from services.worker.hand.skin import PosedHand, posed_hand
+from services.worker.hand.skinmaps.slack import slack
+from services.worker.ornaments.fit import fitted
+from services.worker.ornaments.limbs import PosedLimbs
+from services.worker.ornaments.mesh import OrnamentMesh
+from services.worker.ornaments.worn import BARE, Worn
 from services.worker.scene.library import Hand, HandLibrary
 from services.worker.scene.types import Array, HandScene, SceneGeometry
 
-Labels = npt.NDArray[np.int32]
-
 
 def build_geometry(scene: HandScene, hands: HandLibrary) -> SceneGeometry:
-    """Pose, subdivide and place the hand of a scene."""
+    """Pose, subdivide, place and dress the hand of a scene."""
     hand = hands.hand(scene.cell.gender, scene.cell.handedness)
     posed = posed_hand(hand.model, scene.angles)
-    nail, palm, part = _surface_attributes(hand)
+    maps = hand.topology.maps
     return SceneGeometry(
         vertices_m=transformed(scene.hand_to_world, hand.surface.apply(posed.vertices_m)),
         quads=hand.surface.quads,
         uvs=hand.surface.uvs,
-        nail=nail,
-        palm=palm,
-        part=part,
+        nail=maps.nail,
+        palm=maps.palm,
+        slack=hand.surface.apply(slack(hand.model, scene.angles)),
+        part=maps.part,
         keypoints_m=transformed(scene.hand_to_world, posed.keypoints_m),
+        ornaments=tuple(
+            ornament.placed(scene.hand_to_world)
+            for ornament in ornaments_on(scene.worn, hand, posed)
+        ),
     )
+
+
+def ornaments_on(worn: Worn, hand: Hand, posed: PosedHand) -> tuple[OrnamentMesh, ...]:
+    """Fit what is worn to the posed hand; meshes in its elbow frame."""
+    if worn == BARE:
+        return ()
+    skin_m = hand.surface.apply(posed.vertices_m)
+    part = hand.topology.maps.part
+    limbs = PosedLimbs(skin_m, hand.surface.quads, part, posed.keypoints_m, posed.bones)
+    return fitted(worn, limbs)
 
 
 def transformed(matrix: Array, points_m: Array) -> Array:
     """Apply a (4, 4) affine transform to points (N, 3)."""
     placed: Array = points_m @ matrix[:3, :3].T + matrix[:3, 3]
     return placed
-
-
-@lru_cache(maxsize=8)
-def _surface_attributes(hand: Hand) -> tuple[Array, Array, Labels]:
-    surface, model = hand.surface, hand.model
-    return surface.apply(model.nail), surface.apply(model.palm), surface.owners(model.part)
