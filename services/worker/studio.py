@@ -10,16 +10,16 @@ from services.worker.scene.library import HandLibrary
 
 def open_studio(renderer: RendererName, threads: int, cache_dir: Path) -> Studio:
     """Return a studio; with Cycles this takes over the process's Blender, so open only one."""
-    return Studio(_open_renderer(renderer, threads), HandLibrary(cache_dir))
+    return Studio(_open_renderer(renderer, threads, cache_dir), HandLibrary(cache_dir))
 
 
-def _open_renderer(name: RendererName, threads: int) -> Renderer:
+def _open_renderer(name: RendererName, threads: int, cache_dir: Path) -> Renderer:
     match name:
         case RendererName.CYCLES:
             # Here and not above: the fake must not need Blender, which takes seconds to load.
             from services.worker.render.blender.cycles import CyclesRenderer
 
-            return CyclesRenderer(threads)
+            return CyclesRenderer(threads, cache_dir)
         case RendererName.FAKE:
             from services.worker.render.fake import FakeRenderer
 

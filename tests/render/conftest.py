@@ -20,8 +20,8 @@ def hands(hands_cache: Path) -> HandLibrary:
 
 
 @pytest.fixture(scope="module")
-def cycles() -> "CyclesRenderer":
+def cycles(hands_cache: Path) -> "CyclesRenderer":
     """Blender is one per process: each module that asks for it starts from an empty file."""
     from services.worker.render.blender.cycles import CyclesRenderer
 
-    return CyclesRenderer(2)
+    return CyclesRenderer(2, hands_cache)

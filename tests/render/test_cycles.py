@@ -56,7 +56,7 @@ from services.worker.scene.library import HandLibrary
 from tests.render.test_cycles import render_in_order
 
 cache, order, threads, persistent = sys.argv[1:]
-renderer = CyclesRenderer(int(threads), persistent_data=persistent == "True")
+renderer = CyclesRenderer(int(threads), Path(cache), persistent_data=persistent == "True")
 for letter, digest in render_in_order(renderer, HandLibrary(Path(cache)), order):
     print("digest", letter, digest)
 """

@@ -1,6 +1,7 @@
 """From a cell of the plan to a resolved scene: every free factor drawn by its own key."""
 
 import math
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -9,16 +10,17 @@ from hi5_common.domain.errors import PermanentError
 from hi5_common.domain.plan import Cell, Plan
 from hi5_common.domain.seeding import factor_rng, render_seed
 from hi5_common.domain.spec import DatasetSpec
-from hi5_common.domain.vocabulary import SkinTone
+from hi5_common.domain.vocabulary import skin_tone_ita_deg
 from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
 from services.worker.hand.skin import posed_hand
-from services.worker.ornaments.draw import draw_ornaments
+from services.worker.ornaments.draw import FactorRng, draw_nail_polish, draw_ornaments
 from services.worker.scene.exposure import Seen, metered_light
 from services.worker.scene.geometry import ornaments_on, transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.poses import blended_angles, draw_blend
+from services.worker.scene.shape import draw_shape
 from services.worker.scene.skin import skin_of
-from services.worker.scene.types import Array, Camera, HandScene, Light, PolarView, Stance
+from services.worker.scene.types import Array, Camera, HandScene, Light, PolarView, Skin, Stance
 from services.worker.scene.view import (
     ViewedHand,
     camera_at,
@@ -73,7 +75,7 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
         hand_to_world=placed,
         camera=camera,
         light=_draw_light(cell.environment, seen, factor_rng(spec.seed, index, "light")),
-        skin=skin_of(SkinTone(cell.skin_tone)),
+        skin=_draw_skin(cell, partial(factor_rng, spec.seed, index)),
         view_attempt=attempt,
         render_seed=render_seed(spec.seed, index),
         worn=worn,
@@ -105,6 +107,13 @@ def _draw_attempt(
     view = draw_view(cell.viewpoint, lens, radius_m, viewed.shares, view_rng)
     target_m = transformed(placed, middle_m[None])[0]
     return stance, view, placed, camera_at(view, target_m, lens)
+
+
+def _draw_skin(cell: Cell, rng_of: FactorRng) -> Skin:
+    age_years = draw_shape(cell, rng_of("shape")).age_years
+    skin = skin_of(skin_tone_ita_deg(cell.skin_tone), age_years, rng_of("skin"))
+    polish = draw_nail_polish(cell.nail_polish, rng_of("ornament/nail_polish"))
+    return replace(skin, nail_polish=polish)
 
 
 def _draw_light(environment: str, seen: Seen, rng: np.random.Generator) -> Light:

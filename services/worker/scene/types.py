@@ -185,8 +185,8 @@ class HandScene:
 class SceneGeometry:
     """The posed, subdivided hand in world metres: exactly the surface that is rendered.
 
-    vertices_m (W, 3) f8; quads (G, 4) i4, outward; uvs (G, 4, 2) f4; nail, palm, slack (W,) f8 in 0..1
-    (slack: how much the skin lies in folds over its joint);
+    vertices_m (W, 3) f8; quads (G, 4) i4, outward; uvs (G, 4, 2) f4; nail, palm, slack (W,) f8 in
+    0..1 (slack: how much the skin lies in folds over its joint);
     part (W,) i4 index into HandPart; keypoints_m (21, 3) f8.
     """
 

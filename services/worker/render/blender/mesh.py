@@ -4,13 +4,14 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from services.worker.hand.skinmaps.atlas import atlas_uvs
 from services.worker.scene.types import SceneGeometry
 
-PALM_ATTRIBUTE, NAIL_ATTRIBUTE, UV_LAYER = "palm", "nail", "uv"
+SLACK_ATTRIBUTE, UV_LAYER = "slack", "uv"
 
 
 def new_hand(scene: bpy.types.Scene, geometry: SceneGeometry) -> bpy.types.Object:
-    """Add a smooth-shaded mesh object with the geometry's quads, palm, nail and UV values."""
+    """Add a smooth-shaded mesh object with the geometry's quads and its place in the atlas."""
     mesh = bpy.data.meshes.new("hand")
     quads = np.ascontiguousarray(geometry.quads, dtype=np.int32)
     mesh.vertices.add(len(geometry.vertices_m))
@@ -19,8 +20,8 @@ def new_hand(scene: bpy.types.Scene, geometry: SceneGeometry) -> bpy.types.Objec
     mesh.loops.foreach_set("vertex_index", quads.ravel())
     mesh.polygons.foreach_set("loop_start", np.arange(0, quads.size, 4, dtype=np.int32))
     mesh.uv_layers.new(name=UV_LAYER)
-    for name in (PALM_ATTRIBUTE, NAIL_ATTRIBUTE):
-        mesh.attributes.new(name, "FLOAT", "POINT")
+    mesh.uv_layers[UV_LAYER].data.foreach_set("uv", _floats(atlas_uvs(geometry.uvs)))
+    mesh.attributes.new(SLACK_ATTRIBUTE, "FLOAT", "POINT")
     reshape(mesh, geometry)
     mesh.shade_smooth()
     hand = bpy.data.objects.new("hand", mesh)
@@ -29,11 +30,9 @@ def new_hand(scene: bpy.types.Scene, geometry: SceneGeometry) -> bpy.types.Objec
 
 
 def reshape(mesh: bpy.types.Mesh, geometry: SceneGeometry) -> None:
-    """Give a mesh of the same topology the geometry's shape and its palm, nail and UV values."""
+    """Give a mesh of the same topology the geometry's shape and slackness."""
     mesh.vertices.foreach_set("co", _floats(geometry.vertices_m))
-    mesh.uv_layers[UV_LAYER].data.foreach_set("uv", _floats(geometry.uvs))
-    mesh.attributes[PALM_ATTRIBUTE].data.foreach_set("value", _floats(geometry.palm))
-    mesh.attributes[NAIL_ATTRIBUTE].data.foreach_set("value", _floats(geometry.nail))
+    mesh.attributes[SLACK_ATTRIBUTE].data.foreach_set("value", _floats(geometry.slack))
     mesh.update(calc_edges=True)
 
 

@@ -32,6 +32,7 @@ def scene_of(boxes: list[F8], parts: list[int], keypoints_m: F8 | None = None) -
         uvs=np.zeros((len(quads), 4, 2), dtype=np.float32),
         nail=np.zeros(count),
         palm=np.zeros(count),
+        slack=np.ones(count),
         part=np.repeat(np.array(parts, dtype=np.int32), 8),
         keypoints_m=np.zeros((21, 3)) if keypoints_m is None else keypoints_m,
     )

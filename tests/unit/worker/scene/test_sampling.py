@@ -9,7 +9,7 @@ import pytest
 from hi5_common.domain.environments import HDRI_IDS
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec, parse_spec
-from hi5_common.domain.vocabulary import Handedness, SkinTone, Viewpoint
+from hi5_common.domain.vocabulary import Handedness, Viewpoint
 from services.worker.hand.limits import hard_limit_excess_deg
 from services.worker.hand.skin import posed_hand
 from services.worker.label.label import in_frame_share
@@ -19,7 +19,6 @@ from services.worker.scene.geometry import build_geometry, transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.poses import pose_library
 from services.worker.scene.sampling import hand_to_world, sample_scene
-from services.worker.scene.skin import dorsum_lab, skin_of
 from services.worker.scene.types import HandScene, Stance
 from services.worker.scene.view import (
     ViewedHand,
@@ -133,19 +132,6 @@ def test_polar_direction_points_from_y_towards_x_and_up() -> None:
     assert np.allclose(polar_direction(0, 0), [0, 1, 0])
     assert np.allclose(polar_direction(90, 0), [1, 0, 0])
     assert np.allclose(polar_direction(0, 90), [0, 0, 1])
-
-
-@pytest.mark.parametrize("tone", SkinTone)
-def test_the_back_of_the_hand_has_its_typology_angle_exactly(tone: SkinTone) -> None:
-    skin = skin_of(tone)
-    assert ita_deg(linear_rgb_to_lab(skin.dorsum_rgb)) == pytest.approx(skin.ita_deg, abs=1e-9)
-    for albedo in (skin.dorsum_rgb, skin.palm_rgb, skin.nail_rgb):
-        assert all(0.0 < channel < 1.0 for channel in albedo)
-
-
-def test_tones_run_from_light_to_dark() -> None:
-    lightness = [dorsum_lab(tone)[0] for tone in SkinTone]
-    assert lightness == sorted(lightness, reverse=True)
 
 
 def test_lab_of_the_white_point_and_round_trip() -> None:

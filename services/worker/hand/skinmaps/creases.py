@@ -1,0 +1,160 @@
+"""Folds: the lines of the palm, the creases that digits bend in, the wrinkles over knuckles."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hi5_common.domain.seeding import factor_rng
+from services.worker.hand.asset import F8
+from services.worker.hand.maps import smoothstep
+from services.worker.hand.skinmaps.anatomy import (
+    Joint,
+    Skin,
+    bump,
+    dorsal_share,
+    joints,
+    near,
+    palmar_share,
+)
+from services.worker.hand.skinmaps.lines import PALM_LINES, WRIST_LINES, Curve, distance_mm, spread
+from services.worker.hand.skinmaps.noise import fractal_noise, value_noise
+
+THUMB = 0
+
+
+@dataclass(frozen=True)
+class Wrinkles:
+    """Dorsal folds over a joint: how far apart, how far they reach, how deep, how curved."""
+
+    spacing_mm: float
+    reach_mm: float
+    depth_mm: float
+    oval: float
+
+
+KNUCKLE_WRINKLES = {
+    "mcp": Wrinkles(2.3, 7.0, 0.10, 0.2),
+    "pip": Wrinkles(1.75, 5.6, 0.34, 0.5),
+    "dip": Wrinkles(1.25, 2.9, 0.22, 0.3),
+    "ip": Wrinkles(1.6, 4.4, 0.34, 0.4),
+}
+FLEXION_CREASES_MM = {
+    "mcp": (),
+    "pip": (-1.3, 1.1),
+    "dip": (-0.8,),
+    "ip": (-1.4, 0.9),
+}
+"""Where the palmar creases of a joint cross the digit, from the joint towards the tip."""
+DIGIT_ROOT_SHARE = 0.47
+"""The crease at the root of a finger lies so far along its first phalanx, at the web."""
+
+
+@dataclass(frozen=True, eq=False)
+class Creases:
+    """Folds over texels (T,): palmar and dorsal 0..1, and their depths in mm, negative."""
+
+    palmar: F8
+    dorsal: F8
+    palmar_mm: F8
+    dorsal_mm: F8
+
+
+def creases_of(skin: Skin) -> Creases:
+    """All folds of a hand; they are lines a third of a millimetre wide with soft shoulders."""
+    palmar, palmar_mm = np.zeros(skin.texels.count), np.zeros(skin.texels.count)
+    dorsal, dorsal_mm = np.zeros(skin.texels.count), np.zeros(skin.texels.count)
+    for curve in PALM_LINES:
+        _draw_curve(skin, curve, palmar, palmar_mm, (-4.0, 14.0))
+    for curve in WRIST_LINES:
+        _draw_curve(skin, curve, palmar, palmar_mm, (-20.0, 8.0))
+    found = joints(skin.model)
+    for joint in found:
+        for number, place_mm in enumerate(_places_mm(joint, found)):
+            _draw_flexion(skin, joint, place_mm, number, palmar, palmar_mm)
+        _draw_wrinkles(skin, joint, dorsal, dorsal_mm)
+    return Creases(np.clip(palmar, 0.0, 1.0), np.clip(dorsal, 0.0, 1.0), palmar_mm, dorsal_mm)
+
+
+def _places_mm(joint: Joint, found: tuple[Joint, ...]) -> tuple[float, ...]:
+    if joint.name != "mcp":
+        return FLEXION_CREASES_MM[joint.name]
+    if joint.digit == THUMB:
+        return (-1.0, 2.6)
+    following = next(j for j in found if j.digit == joint.digit and j.name == "pip")
+    root_mm = DIGIT_ROOT_SHARE * float(np.linalg.norm(following.centre_mm - joint.centre_mm))
+    return (root_mm - 0.9, root_mm + 0.8)
+
+
+def _draw_curve(
+    skin: Skin, curve: Curve, crease: F8, depth_mm: F8, border_mm: tuple[float, float]
+) -> None:
+    """Add a line of the palm or the wrist, on palmar skin within its border along the hand."""
+    own = (skin.digit <= THUMB) & (skin.facing < 0.1)
+    rows = np.flatnonzero(own & (skin.points_mm[:, 1] > border_mm[0] - 25.0))
+    points_mm = skin.points_mm[rows]
+    warp = [fractal_noise(points_mm, 11.0, 3, f"line/{axis}") for axis in "xy"]
+    far_mm, share = distance_mm(
+        points_mm[:, :2] + 1.1 * np.stack(warp, axis=1), spread(skin.model, curve)
+    )
+    ends = smoothstep(0.0, 0.12, share) * smoothstep(0.0, 0.2, 1.0 - share)
+    uneven = 0.85 + 0.25 * value_noise(points_mm, 7.0, "line/depth")
+    strength = curve.strength * ends * uneven * palmar_share(skin.facing[rows])
+    _add_fold(rows, far_mm, curve.width_mm, strength, 0.42, crease, depth_mm)
+
+
+def _draw_flexion(
+    skin: Skin, joint: Joint, place_mm: float, number: int, crease: F8, depth_mm: F8
+) -> None:
+    """Add one crease across the palmar side of a digit, thinning out towards its sides."""
+    rows, local_mm = near(skin, joint, 30.0 if joint.name == "mcp" else 9.0)
+    name = f"flexion/{joint.digit}/{joint.name}/{number}"
+    points_mm = skin.points_mm[rows]
+    warp_mm = 0.55 * fractal_noise(points_mm, 6.0, 2, name)
+    bend_mm = 0.012 * local_mm[:, 1] ** 2 * (1.0 if number else -0.6)
+    far_mm = np.abs(local_mm[:, 0] - place_mm + warp_mm + bend_mm)
+    across = palmar_share(skin.facing[rows]) * (np.abs(local_mm[:, 1]) < 14.0)
+    on_digit = (skin.digit[rows] == joint.digit) | (joint.name == "mcp")
+    strength = (0.95 - 0.3 * number) * across * on_digit
+    _add_fold(rows, far_mm, 0.38, strength, 0.36, crease, depth_mm)
+    for side, faint in ((-1.9, 0.3), (2.3, 0.35)):
+        shift_mm = 0.7 * fractal_noise(points_mm, 4.0, 2, f"{name}/{side}")
+        broken = smoothstep(-0.3, 0.5, value_noise(points_mm, 4.0, f"{name}/{side}/gap"))
+        near_mm = np.abs(local_mm[:, 0] - place_mm - side + shift_mm)
+        _add_fold(rows, near_mm, 0.28, strength * faint * broken, 0.22, crease, depth_mm)
+
+
+def _add_fold(
+    rows: np.ndarray,
+    far_mm: F8,
+    width_mm: float,
+    strength: F8,
+    depth: float,
+    crease: F8,
+    depth_mm: F8,
+) -> None:
+    core, shoulder = bump(far_mm, width_mm), bump(far_mm, 3.2 * width_mm)
+    crease[rows] = np.maximum(crease[rows], strength * (0.75 * core + 0.25 * shoulder))
+    fold_mm = -depth * strength * (0.6 * core + 0.4 * shoulder)
+    depth_mm[rows] = np.minimum(depth_mm[rows], fold_mm)
+
+
+def _draw_wrinkles(skin: Skin, joint: Joint, crease: F8, depth_mm: F8) -> None:
+    """Add the folds over a knuckle: arcs that run together at its sides, like an eye."""
+    style = KNUCKLE_WRINKLES[joint.name]
+    rows, local_mm = near(skin, joint, 2.4 * style.reach_mm)
+    points_mm = skin.points_mm[rows]
+    name = f"wrinkle/{joint.digit}/{joint.name}"
+    warp_mm = 0.75 * fractal_noise(points_mm, 5.0, 3, name)
+    side_mm = np.clip(np.abs(local_mm[:, 1]), 0.0, 8.0)
+    spread_mm = (local_mm[:, 0] + warp_mm) / (1.0 - style.oval * (side_mm / 9.0) ** 2)
+    phase = spread_mm / style.spacing_mm
+    line = np.floor(phase + 0.5)
+    far_mm = np.abs(phase - line) * style.spacing_mm
+    depths = factor_rng(0, 0, name).uniform(0.45, 1.0, 64)[line.astype(np.int64) % 64]
+    reach = bump(local_mm[:, 0], style.reach_mm) * dorsal_share(skin.facing[rows])
+    broken = 0.55 + 0.45 * smoothstep(-0.5, 0.4, value_noise(points_mm, 3.0, f"{name}/gap"))
+    strength = depths * reach * broken
+    groove = 0.7 * bump(far_mm, 0.28) + 0.3 * bump(far_mm, 0.6)
+    crease[rows] = np.maximum(crease[rows], strength * groove)
+    swell_mm = 0.25 * style.depth_mm * reach
+    depth_mm[rows] += swell_mm - style.depth_mm * strength * groove

@@ -1,0 +1,77 @@
+"""Every typology angle has its colour, and the pigment of the maps cannot move the mean."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hi5_common.domain.seeding import factor_rng
+from hi5_common.domain.vocabulary import SKIN_TONE_ITA_DEG, SkinTone
+from services.worker.scene.colour import ita_deg, linear_rgb_to_lab
+from services.worker.scene.skin import base_rgb, dorsum_lab, mean_free_path_mm, skin_of
+from services.worker.scene.types import Pigment, Skin
+
+
+def drawn(ita: float, age_years: float = 30.0, seed: int = 1) -> Skin:
+    return skin_of(ita, age_years, factor_rng(seed, 0, "skin"))
+
+
+@pytest.mark.parametrize("ita", [*SKIN_TONE_ITA_DEG.values(), -90.0, -60.5, -5.0, 0.0, 33.3, 70.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_back_of_the_hand_has_its_typology_angle(ita: float, seed: int) -> None:
+    skin = drawn(ita, seed=seed)
+    lab = linear_rgb_to_lab(skin.dorsum_rgb)
+    if ita > -90.0:
+        assert ita_deg(lab) == pytest.approx(ita, abs=1e-6)
+    else:
+        assert abs(lab[2]) < 1e-6
+        assert lab[0] < 30.0
+    for albedo in (skin.dorsum_rgb, skin.palm_rgb, skin.nail_rgb):
+        assert all(0.0 < channel < 0.95 for channel in albedo)
+
+
+def test_skin_darkens_evenly_as_the_angle_falls() -> None:
+    labs = [dorsum_lab(ita) for ita in np.arange(-90.0, 70.5, 0.5).tolist()]
+    lightness = np.diff([lab[0] for lab in labs])
+    assert (lightness > -0.02).all()
+    assert lightness.max() < 0.5
+    assert np.abs(np.diff([lab[1] for lab in labs])).max() < 0.2
+    assert np.abs(np.diff([lab[2] for lab in labs])).max() < 0.5
+
+
+def test_no_angle_is_outside_of_human_skin() -> None:
+    with pytest.raises(ValueError, match="71"):
+        drawn(71.0)
+    with pytest.raises(ValueError, match="-95"):
+        drawn(-95.0)
+
+
+def test_hands_of_one_tone_differ_in_redness() -> None:
+    redness = [linear_rgb_to_lab(drawn(28.0, seed=seed).dorsum_rgb)[1] for seed in range(12)]
+    assert 0.3 < float(np.std(redness)) < 2.0
+
+
+def test_the_mean_albedo_of_the_maps_is_the_colour_asked_for() -> None:
+    skin = drawn(SKIN_TONE_ITA_DEG[SkinTone.BROWN], age_years=80.0)
+    dorsum = factor_rng(3, 0, "rows").uniform(0.0, 1.0, (500, 6)).astype(np.float32)
+    base = base_rgb(skin, dorsum)
+    change = (dorsum - np.array(Pigment.NEUTRAL)) @ np.array(skin.pigment.gains())
+    albedo = (np.array(base) * np.exp(change)).mean(axis=0)
+    assert np.allclose(albedo, skin.dorsum_rgb, rtol=1e-6)
+    assert not np.allclose(base, skin.dorsum_rgb, rtol=0.01)
+
+
+def test_age_brings_spots_folds_and_sinews() -> None:
+    young, old = drawn(41.0, 20.0), drawn(41.0, 80.0)
+    assert young.pigment.age_spots == (0.0, 0.0, 0.0)
+    assert all(gain < -0.05 for gain in old.pigment.age_spots)
+    assert old.relief.slack > 1.5 * young.relief.slack
+    assert old.relief.sinews > 2.0 * young.relief.sinews
+    assert replace(old, age_years=20.0).dorsum_rgb == young.dorsum_rgb
+
+
+def test_light_travels_less_far_in_darker_skin() -> None:
+    dark, light = (mean_free_path_mm(drawn(ita).dorsum_rgb) for ita in (-80.0, 55.0))
+    assert all(near < far for near, far in zip(dark, light, strict=True))
+    assert light[0] > light[1] > light[2]
+    assert 0.3 < light[0] < 0.5
