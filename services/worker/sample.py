@@ -109,7 +109,7 @@ class Studio:
         mesh: ProjectedMesh,
         file_name: str,
     ) -> ImageLabel:
-        hand = self.hands.hand(scene.cell.gender, scene.cell.handedness)
+        hand = self.hands.hand(scene.cell.gender, scene.cell.handedness, scene.shape)
         quality = spec.render.quality
         making = Making.of(
             self.renderer, quality, QUALITY_SETTINGS[quality], hand.model.content_hash

@@ -33,6 +33,7 @@ class Making:
 def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
     """Return everything that went into the picture of a scene, as JSON values."""
     document = {
+        "shape": asdict(scene.shape),
         "pose_blend": asdict(scene.blend),
         "joint_angles_deg": asdict(scene.angles),
         "stance": asdict(scene.stance),

@@ -12,7 +12,7 @@ from services.worker.scene.types import Array, HandScene, SceneGeometry
 
 def build_geometry(scene: HandScene, hands: HandLibrary) -> SceneGeometry:
     """Pose, subdivide, place and dress the hand of a scene."""
-    hand = hands.hand(scene.cell.gender, scene.cell.handedness)
+    hand = hands.hand(scene.cell.gender, scene.cell.handedness, scene.shape)
     posed = posed_hand(hand.model, scene.angles)
     maps = hand.topology.maps
     return SceneGeometry(

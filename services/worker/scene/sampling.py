@@ -54,7 +54,8 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     cell = plan.cell(index)
     blend = draw_blend(cell.pose, factor_rng(spec.seed, index, "pose_blend"), MAX_BLEND)
     angles = blended_angles(blend)
-    hand = hands.hand(cell.gender, cell.handedness)
+    shape = draw_shape(cell, factor_rng(spec.seed, index, "shape"))
+    hand = hands.hand(cell.gender, cell.handedness, shape)
     posed = posed_hand(hand.model, angles)
     worn = draw_ornaments(cell, partial(factor_rng, spec.seed, index))
     viewed = ViewedHand.of(hand, posed, ornaments_on(worn, hand, posed))
@@ -68,6 +69,7 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     return HandScene(
         index=index,
         cell=cell,
+        shape=shape,
         blend=blend,
         angles=angles,
         stance=stance,
@@ -75,7 +77,7 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
         hand_to_world=placed,
         camera=camera,
         light=_draw_light(cell.environment, seen, factor_rng(spec.seed, index, "light")),
-        skin=_draw_skin(cell, partial(factor_rng, spec.seed, index)),
+        skin=_draw_skin(cell, shape.age_years, partial(factor_rng, spec.seed, index)),
         view_attempt=attempt,
         render_seed=render_seed(spec.seed, index),
         worn=worn,
@@ -109,8 +111,7 @@ def _draw_attempt(
     return stance, view, placed, camera_at(view, target_m, lens)
 
 
-def _draw_skin(cell: Cell, rng_of: FactorRng) -> Skin:
-    age_years = draw_shape(cell, rng_of("shape")).age_years
+def _draw_skin(cell: Cell, age_years: float, rng_of: FactorRng) -> Skin:
     skin = skin_of(skin_tone_ita_deg(cell.skin_tone), age_years, rng_of("skin"))
     polish = draw_nail_polish(cell.nail_polish, rng_of("ornament/nail_polish"))
     return replace(skin, nail_polish=polish)

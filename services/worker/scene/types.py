@@ -12,6 +12,7 @@ import numpy.typing as npt
 from hi5_common.domain.plan import Cell
 from hi5_common.domain.vocabulary import Pose
 from services.worker.hand.angles import JointAngles
+from services.worker.hand.shape import HandShape
 from services.worker.ornaments.mesh import OrnamentMesh
 from services.worker.ornaments.worn import BARE, Worn
 
@@ -168,6 +169,7 @@ class HandScene:
 
     index: int
     cell: Cell
+    shape: HandShape
     blend: PoseBlend
     angles: JointAngles
     stance: Stance

@@ -66,7 +66,7 @@ def test_the_seen_side_of_every_hand_is_lit_alike(tmp_path: Path) -> None:
     levels = []
     for index in range(spec.count):
         scene = sample_scene(spec, plan, index, hands)
-        model = hands.hand(scene.cell.gender, scene.cell.handedness).model
+        model = hands.hand(scene.cell.gender, scene.cell.handedness, scene.shape).model
         vertices_m = transformed(scene.hand_to_world, posed_hand(model, scene.angles).vertices_m)
         seen = Seen(scene.camera, vertices_m, model.hand_quads())
         light = scene.light

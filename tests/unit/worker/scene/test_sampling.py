@@ -72,7 +72,7 @@ def test_at_most_a_quarter_of_the_hand_is_out_of_frame(
 
 def test_the_forearm_runs_out_of_the_picture(hands: HandLibrary, scenes: list[HandScene]) -> None:
     for scene in scenes:
-        hand = hands.hand(scene.cell.gender, scene.cell.handedness)
+        hand = hands.hand(scene.cell.gender, scene.cell.handedness, scene.shape)
         viewed = ViewedHand.of(hand, posed_hand(hand.model, scene.angles))
         assert len(viewed.cut_m) > 8
         assert not in_frame(scene.camera, viewed.placed(scene.hand_to_world).cut_m).any()
