@@ -161,7 +161,9 @@ def test_a_left_hand_is_the_mirror_image_and_bones_keep_their_lengths(
 def test_the_wrist_of_an_open_hand_shows_from_all_sides_but_the_thumbs(
     hands: HandLibrary, elevation_deg: float
 ) -> None:
-    wanted = {"pose": ["finger_spread_normal"], "gender": ["male"]}
+    average = {"age": [35], "weight": [0.5], "muscle": [0.5], "hand_scale": [0]}
+    average |= {"finger_length": [0], "finger_thickness": [0]}
+    wanted = {"pose": ["finger_spread_normal"], "gender": ["male"], **average}
     spec = parse_spec({"count": 1, "seed": 3, "attributes": wanted})
     scene = sample_scene(spec, Plan.of(spec), 0, hands)
     upright = replace(scene, hand_to_world=hand_to_world(Stance(90.0, 0.0), scene.cell))
