@@ -4,8 +4,8 @@ import math
 import re
 from dataclasses import dataclass
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_BAND = re.compile(rf"\s*({_NUMBER})\s*(?:\.\.\s*({_NUMBER})\s*)?", re.ASCII)
+NUMBER = r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
+_BAND = re.compile(rf"\s*({NUMBER})\s*(?:\.\.\s*({NUMBER})\s*)?", re.ASCII)
 
 
 @dataclass(frozen=True, order=True)
@@ -42,13 +42,13 @@ def parse_band(value: str) -> Band:
     """Read a band or a number; ValueError if it is neither or runs backwards."""
     match = _BAND.fullmatch(value)
     if match is None:
-        raise ValueError("it is neither a number nor a band such as 18..30")
+        raise ValueError(f"{value!r} is neither a number nor a band such as 18..30")
     low = float(match[1])
     high = low if match[2] is None else float(match[2])
     if not (math.isfinite(low) and math.isfinite(high)):
-        raise ValueError("its ends are not finite numbers")
+        raise ValueError(f"{value!r} has ends that are not finite numbers")
     if high < low:
-        raise ValueError("it runs backwards")
+        raise ValueError(f"{value!r} runs backwards")
     return Band(low, high)
 
 

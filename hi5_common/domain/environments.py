@@ -42,6 +42,8 @@ class EnvironmentEntry:
     author: str
     licence: str
     luminance: float
+    recipe: str = ""
+    """How a generated one is made: words of `services.worker.places.recipes`."""
 
 
 def _read() -> dict[str, EnvironmentEntry]:
@@ -59,6 +61,7 @@ def _entry(row: dict[str, str]) -> EnvironmentEntry:
         author=row["author"],
         licence=row["licence"],
         luminance=float(row["luminance"]),
+        recipe=row.get("recipe") or "",
     )
 
 

@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from hi5_common.domain import spec_errors
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.spec_errors import ProblemsFound
-from hi5_common.domain.values import in_order
-from hi5_common.domain.vocabulary import ALWAYS_BALANCED, DEFAULTS, VALUES, Attribute
+from hi5_common.domain.values import in_order, spelled
+from hi5_common.domain.vocabulary import ALWAYS_BALANCED, DEFAULTS, Attribute
 
 MAX_COUNT = 1_000_000_000
 MAX_SIDE_PX = 8192
@@ -91,10 +91,16 @@ class AttributeRequests(StrictModel):
 
     @pydantic.field_validator("*", mode="before")
     @classmethod
-    def _check_shape(cls, request: object, info: pydantic.ValidationInfo) -> object:
-        problems = spec_errors.shape_problems(f"attributes.{info.field_name}", request)
+    def _spell(cls, request: object, info: pydantic.ValidationInfo) -> object:
+        """Give each value its one spelling; `DatasetSpec` then refuses those there are not."""
+        attribute = Attribute(str(info.field_name))
+        problems = spec_errors.shape_problems(attribute, request)
         if problems:
             raise ProblemsFound(problems)
+        if isinstance(request, dict):
+            return {spelled(attribute, value): count for value, count in request.items()}
+        if isinstance(request, list):
+            return [spelled(attribute, value) for value in request]
         return request
 
     def __getitem__(self, attribute: Attribute) -> Request:
@@ -122,7 +128,7 @@ class DatasetSpec(StrictModel):
             problem
             for attribute in Attribute
             for problem in spec_errors.request_problems(
-                attribute, self.attributes[attribute], VALUES[attribute], self.count
+                attribute, self.attributes[attribute], self.count
             )
         ]
         problems += spec_errors.repeated("labels", [kind.value for kind in self.labels])
@@ -182,28 +188,6 @@ def load_spec(path: Path) -> DatasetSpec:
         remedy = "Name a readable UTF-8 YAML or JSON file."
         raise InvalidInput([Problem("spec", f"{path}: {error}", remedy)]) from error
     return parse_spec_text(text)
-
-
-def spec_json_schema() -> dict[str, object]:
-    """Return the JSON Schema of a spec, with every attribute's vocabulary spelled out."""
-    schema = DatasetSpec.model_json_schema()
-    properties = schema["$defs"]["AttributeRequests"]["properties"]
-    for attribute in Attribute:
-        properties[attribute.value] = _request_schema(VALUES[attribute])
-    return schema
-
-
-def _request_schema(values: tuple[str, ...]) -> dict[str, object]:
-    choice = {"type": "string", "enum": list(values)}
-    count = {"type": "integer", "minimum": 0}
-    return {
-        "default": None,
-        "anyOf": [
-            {"type": "null"},
-            {"type": "array", "items": choice, "minItems": 1, "uniqueItems": True},
-            {"type": "object", "propertyNames": choice, "additionalProperties": count},
-        ],
-    }
 
 
 class _UniqueKeyLoader(yaml.SafeLoader):

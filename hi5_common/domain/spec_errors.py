@@ -1,13 +1,15 @@
 """What can be wrong with a spec, in words that name the field, the value and the remedy."""
 
 import difflib
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 
 import pydantic
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-from hi5_common.domain.errors import Problem
+from hi5_common.domain import values
+from hi5_common.domain.errors import Problem, shown
 from hi5_common.domain.vocabulary import Attribute
 
 MAX_VALUES = 1000
@@ -23,8 +25,9 @@ class ProblemsFound(ValueError):
         super().__init__("; ".join(str(problem) for problem in problems))
 
 
-def shape_problems(field: str, request: object) -> list[Problem]:
+def shape_problems(attribute: Attribute, request: object) -> list[Problem]:
     """List what is wrong with the shape of an attribute's request."""
+    field = f"attributes.{attribute.value}"
     match request:
         case None:
             return []
@@ -32,51 +35,78 @@ def shape_problems(field: str, request: object) -> list[Problem]:
             remedy = f"No attribute has more than {MAX_VALUES} values."
             return [Problem(field, f"{len(request)} values", remedy)]
         case list():
-            remedy = "Every value in the list is a name: a string."
-            return [Problem(field, v, remedy) for v in request if not isinstance(v, str)]
+            return _form_problems(attribute, request)
         case dict():
-            return [p for value, n in request.items() for p in _entry_problems(field, value, n)]
+            spelled = [values.spelled(attribute, v) for v in request if values.may_be(attribute, v)]
+            return (
+                _form_problems(attribute, list(request))
+                + repeated(field, spelled)
+                + [p for value, n in request.items() for p in _count_form(field, value, n)]
+            )
         case _:
-            remedy = "Leave it out for all values, or give a list of values or a map of counts."
+            remedy = "Leave it out for its default, or give a list of values or a map of counts."
             return [Problem(field, request, remedy)]
 
 
-def _entry_problems(field: str, value: object, count: object) -> list[Problem]:
-    if not isinstance(value, str):
-        return [Problem(field, value, "Every value in the map is a name: a string.")]
+def _form_problems(attribute: Attribute, found: Sequence[object]) -> list[Problem]:
+    remedy = values.form(attribute)
+    field = f"attributes.{attribute.value}"
+    return [Problem(field, v, remedy) for v in found if not values.may_be(attribute, v)]
+
+
+def _count_form(field: str, value: object, count: object) -> list[Problem]:
     if isinstance(count, bool) or not isinstance(count, int) or count < 0:
         remedy = "A count is a whole number, 0 or more."
-        return [Problem(f"{field}.{value}", count, remedy)]
+        return [Problem(f"{field}.{shown(value).strip("'")}", count, remedy)]
     return []
 
 
 def request_problems(
-    attribute: Attribute,
-    request: list[str] | dict[str, int] | None,
-    known: Sequence[str],
-    count: int,
+    attribute: Attribute, request: list[str] | dict[str, int] | None, count: int
 ) -> list[Problem]:
-    """List what is wrong with one attribute's request for `count` images."""
+    """List what is wrong with the values and counts of one attribute's request.
+
+    request: well-formed (see shape_problems), each value as `values.spelled` gives it.
+    """
     if request is None:
         return []
     field = f"attributes.{attribute.value}"
-    problems = [_unknown_value(field, value, known) for value in request if value not in known]
+    problems = _value_problems(attribute, request)
     if isinstance(request, dict):
         return problems + _count_problems(field, request, count)
     if not request:
-        remedy = f"Name at least one of {', '.join(known)}, or leave it out for all."
+        remedy = f"Name at least one value, or leave it out. {values.known(attribute)}"
         problems.append(Problem(field, request, remedy))
     return problems + repeated(field, request)
 
 
-def repeated(field: str, values: Sequence[str]) -> list[Problem]:
+def _value_problems(attribute: Attribute, request: Iterable[str]) -> list[Problem]:
+    field = f"attributes.{attribute.value}"
+    problems = []
+    for value in request:
+        try:
+            values.canonical_value(attribute, value)
+        except values.UnknownValue as error:
+            problems.append(Problem(field, value, str(error)))
+            if len(problems) == MAX_PROBLEMS:
+                break
+    if problems:
+        return problems
+    remedy = (
+        "Both are the same typology angle: leave one out."
+        if attribute is Attribute.SKIN_TONE
+        else "They overlap: bands may touch, but share no more than an end, and no fixed value."
+    )
+    return [
+        Problem(field, f"{a} and {b}", remedy)
+        for a, b in values.overlapping(attribute, dict.fromkeys(request))
+    ]
+
+
+def repeated(field: str, found: Sequence[str]) -> list[Problem]:
     """List the values that stand twice in a list."""
-    doubles = sorted({value for value in values if values.count(value) > 1})
+    doubles = sorted(value for value, times in Counter(found).items() if times > 1)
     return [Problem(field, value, "Name each value once.") for value in doubles]
-
-
-def _unknown_value(field: str, value: str, known: Sequence[str]) -> Problem:
-    return Problem(field, value, f"{_nearest(value, known)}Known values: {', '.join(known)}.")
 
 
 def _count_problems(field: str, request: dict[str, int], count: int) -> list[Problem]:

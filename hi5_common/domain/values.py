@@ -8,8 +8,10 @@ import difflib
 import itertools
 import re
 from collections.abc import Iterable
+from typing import TypeGuard
 
 from hi5_common.domain.bands import Band, number_text, parse_band
+from hi5_common.domain.errors import shown
 from hi5_common.domain.vocabulary import (
     ITA_RANGE_DEG,
     SHAPE_RANGES,
@@ -23,6 +25,8 @@ OWN_ENVIRONMENT = re.compile(
 )
 """Environments outside the catalogue: a Poly Haven asset's id, or the name of a user's own file."""
 
+_OWN = " Or polyhaven:<id>, or user:<name>, in letters, digits, dots, hyphens and underscores."
+
 MOST_LISTED = 50
 """Longer lists of known values are left to `hi5 vocabulary`."""
 
@@ -30,29 +34,39 @@ NUMBERED = frozenset({Attribute.SKIN_TONE, *SHAPE_RANGES})
 """Attributes whose values may be numbers."""
 
 
+_LOOSE = r"[+-]?(?:\d+\.?\d*|\.\d+)"
+_NEARLY_A_BAND = re.compile(
+    rf"\s*({_LOOSE})\s*(?:-|–|—|…|:|,|to|\.{{2,3}})\s*({_LOOSE})\s*", re.ASCII
+)
+
+
 class UnknownValue(ValueError):
     """A value that an attribute cannot have; the message is the remedy."""
 
 
-def canonical_value(attribute: Attribute, raw: object) -> str:
+def may_be(attribute: Attribute, raw: object) -> TypeGuard[str | float]:
+    """Tell whether something a user sent has the type of this attribute's values."""
+    numbered = attribute in NUMBERED and isinstance(raw, int | float)
+    return isinstance(raw, str) or (numbered and not isinstance(raw, bool))
+
+
+def spelled(attribute: Attribute, raw: str | float) -> str:
+    """Return the one spelling of a value, or of what cannot be one its own text."""
+    found = _read(attribute, raw)
+    if found is not None:
+        return found
+    return raw if isinstance(raw, str) else shown(raw)
+
+
+def canonical_value(attribute: Attribute, raw: str | float) -> str:
     """Return the one spelling of a value: 41, 41.0 and "41.00" are all "41".
 
     Raises UnknownValue with a remedy.
     """
-    if isinstance(raw, bool) or not isinstance(raw, str | int | float):
-        raise UnknownValue(_form(attribute))
-    if not isinstance(raw, str) and attribute not in NUMBERED:
-        raise UnknownValue(_form(attribute))
-    text = raw if isinstance(raw, str) else _number(attribute, raw)
-    if text in VALUES[attribute]:
-        return str(text)
-    if attribute is Attribute.SKIN_TONE:
-        return _typology_angle(text)
-    if attribute in SHAPE_RANGES:
-        return _shape_band(attribute, text)
-    if attribute is Attribute.ENVIRONMENT and OWN_ENVIRONMENT.fullmatch(text):
-        return text
-    raise UnknownValue(_nearest(attribute, text) + _known(attribute))
+    found = _read(attribute, raw)
+    if found is None:
+        raise UnknownValue(_remedy(attribute, raw))
+    return found
 
 
 def in_order(attribute: Attribute, values: Iterable[str]) -> list[str]:
@@ -67,37 +81,30 @@ def in_order(attribute: Attribute, values: Iterable[str]) -> list[str]:
     return sorted(values, key=lambda value: (rank.get(value, len(rank)), value))
 
 
-def _number(attribute: Attribute, raw: float) -> str:
-    """Return a number's text, or the remedy for one that is too long to be meant."""
+def _read(attribute: Attribute, raw: str | float) -> str | None:
+    if raw in VALUES[attribute]:
+        return str(raw)
+    if attribute in NUMBERED:
+        band = _band(raw)
+        return str(band) if band is not None and _fits(attribute, band) else None
+    if attribute is Attribute.ENVIRONMENT and isinstance(raw, str):
+        return raw if OWN_ENVIRONMENT.fullmatch(raw) else None
+    return None
+
+
+def _band(raw: str | float) -> Band | None:
     try:
-        number = float(raw)
-        return number_text(number)
-    except (OverflowError, ValueError) as error:
-        raise UnknownValue(_form(attribute)) from error
+        return parse_band(raw if isinstance(raw, str) else number_text(float(raw)))
+    except (OverflowError, ValueError):  # an integer too long for a float, a float not finite
+        return None
 
 
-def _typology_angle(text: str) -> str:
-    try:
-        band = parse_band(text)
-    except ValueError as error:
-        raise UnknownValue(_nearest(Attribute.SKIN_TONE, text) + _form(Attribute.SKIN_TONE)) from (
-            error
-        )
-    low, high = ITA_RANGE_DEG
-    if band.low != band.high or not low <= band.low <= high:
-        raise UnknownValue(_form(Attribute.SKIN_TONE))
-    return str(band)
-
-
-def _shape_band(attribute: Attribute, text: str) -> str:
-    try:
-        band = parse_band(text)
-    except ValueError as error:
-        raise UnknownValue(f"{str(error).capitalize()}. {_form(attribute)}") from error
-    whole = SHAPE_RANGES[attribute].band
-    if band.low < whole.low or band.high > whole.high:
-        raise UnknownValue(_form(attribute))
-    return str(band)
+def _fits(attribute: Attribute, band: Band) -> bool:
+    if attribute is Attribute.SKIN_TONE:
+        low, high = ITA_RANGE_DEG
+        return low <= band.low == band.high <= high
+    whole = SHAPE_RANGES[attribute]
+    return whole.low <= band.low and band.high <= whole.high
 
 
 def overlapping(attribute: Attribute, values: Iterable[str]) -> list[tuple[str, str]]:
@@ -121,7 +128,7 @@ def _share(a: Band, b: Band) -> bool:
     return b.low <= a.high if fixed else b.low < a.high
 
 
-def _form(attribute: Attribute) -> str:
+def form(attribute: Attribute) -> str:
     """Say how the values of an attribute are written."""
     if attribute is Attribute.SKIN_TONE:
         low, high = map(number_text, ITA_RANGE_DEG)
@@ -134,14 +141,30 @@ def _form(attribute: Attribute) -> str:
     return "Every value is a name: a string."
 
 
-def _known(attribute: Attribute) -> str:
-    known = VALUES[attribute]
-    own = " Or polyhaven:<id>, or user:<name>." if attribute is Attribute.ENVIRONMENT else ""
-    if len(known) > MOST_LISTED:
-        return f"`hi5 vocabulary` lists the {len(known)} known values.{own}"
-    return f"Known values: {', '.join(known)}.{own}"
+def known(attribute: Attribute) -> str:
+    """Name the values of an attribute, or where to find them."""
+    if attribute in NUMBERED:
+        return form(attribute)
+    names = VALUES[attribute]
+    own = _OWN if attribute is Attribute.ENVIRONMENT else ""
+    if len(names) > MOST_LISTED:
+        return f"`hi5 vocabulary` lists the {len(names)} known values.{own}"
+    return f"Known values: {', '.join(names)}.{own}"
 
 
-def _nearest(attribute: Attribute, text: str) -> str:
-    close = difflib.get_close_matches(text, VALUES[attribute], n=1)
-    return f"Did you mean {close[0]}? " if close else ""
+def _remedy(attribute: Attribute, raw: str | float) -> str:
+    if not isinstance(raw, str):
+        return known(attribute)
+    if attribute in SHAPE_RANGES:
+        return _meant(attribute, raw) + known(attribute)
+    close = difflib.get_close_matches(raw, VALUES[attribute], n=1)
+    return (f"Did you mean {close[0]}? " if close else "") + known(attribute)
+
+
+def _meant(attribute: Attribute, text: str) -> str:
+    """Guess the band behind another way to write one, or one that runs backwards."""
+    match = _NEARLY_A_BAND.fullmatch(text)
+    if match is None:
+        return ""
+    low, high = sorted(map(float, match.groups()))
+    return f"Did you mean {Band(low, high)}? " if _fits(attribute, Band(low, high)) else ""

@@ -3,7 +3,7 @@
 from hi5_common.cli import console
 from hi5_common.cli.console import Json
 from hi5_common.cli.options import JsonOption
-from hi5_common.domain.spec import spec_json_schema
+from hi5_common.domain.spec_schema import spec_json_schema
 from hi5_common.domain.vocabulary import KEYPOINTS, VALUES
 
 

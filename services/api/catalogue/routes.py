@@ -3,7 +3,7 @@
 from fastapi import APIRouter
 from pydantic import BaseModel
 
-from hi5_common.domain.spec import spec_json_schema
+from hi5_common.domain.spec_schema import spec_json_schema
 from hi5_common.domain.vocabulary import KEYPOINTS, SKELETON, VALUES, Attribute, KeypointVisibility
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])

@@ -1,11 +1,15 @@
 """A spec is taken whole or refused with words that name field, value and remedy."""
 
 import json
+import re
 from pathlib import Path
+from typing import Any
 
 import pydantic
 import pytest
+import yaml
 
+from hi5_common.domain.environments import CATALOGUE
 from hi5_common.domain.errors import InvalidInput
 from hi5_common.domain.spec import (
     DatasetSpec,
@@ -15,8 +19,10 @@ from hi5_common.domain.spec import (
     load_spec,
     parse_spec,
     parse_spec_text,
-    spec_json_schema,
 )
+from hi5_common.domain.spec_errors import MAX_PROBLEMS
+from hi5_common.domain.spec_schema import spec_json_schema
+from hi5_common.domain.vocabulary import ALWAYS_BALANCED, Attribute
 
 WRONG = [
     ("", "spec", "None", "mapping"),
@@ -53,6 +59,30 @@ WRONG = [
     ("count: 3\nattributes: {gender: {male: 2}}", "attributes.gender", "{'male': 2}", "1 more"),
     ("count: 3\nattributes: {gender: {male: 5}}", "attributes.gender", "{'male': 5}", "2 fewer"),
     ("count: 3\nattributes: {skin_tone: {drak: 3}}", "attributes.skin_tone", "'drak'", "dark"),
+    ("count: 3\nattributes: {skin_tone: [41, '41.0']}", "attributes.skin_tone", "'41'", "once"),
+    ("count: 3\nattributes: {skin_tone: {41: 1, '41.0': 2}}", "attributes.skin_tone", "41", "once"),
+    ("count: 3\nattributes: {skin_tone: [light, 41]}", "attributes.skin_tone", "light", "same"),
+    ("count: 3\nattributes: {skin_tone: [70.5]}", "attributes.skin_tone", "70.5", "-90 to 70"),
+    ("count: 3\nattributes: {skin_tone: [.nan]}", "attributes.skin_tone", "nan", "-90 to 70"),
+    ("count: 3\nattributes: {skin_tone: [-.inf]}", "attributes.skin_tone", "-inf", "-90 to 70"),
+    ("count: 3\nattributes: {skin_tone: [true]}", "attributes.skin_tone", "True", "-90 to 70"),
+    ("count: 3\nattributes: {skin_tone: ['1..2']}", "attributes.skin_tone", "'1..2'", "-90 to 70"),
+    ("count: 3\nattributes: {age: [18-30]}", "attributes.age", "18-30", "Did you mean 18..30?"),
+    ("count: 3\nattributes: {age: [30..18]}", "attributes.age", "30..18", "Did you mean 18..30?"),
+    ("count: 3\nattributes: {age: [17]}", "attributes.age", "17", "inside 18..90 (years)"),
+    ("count: 3\nattributes: {age: [18..91]}", "attributes.age", "18..91", "inside 18..90"),
+    ("count: 3\nattributes: {age: 35}", "attributes.age", "35", "list of values"),
+    ("count: 3\nattributes: {age: [18..31, 30..60]}", "attributes.age", "18..31 and", "overlap"),
+    ("count: 3\nattributes: {age: [18..30, 30]}", "attributes.age", "18..30 and 30", "fixed"),
+    ("count: 3\nattributes: {weight: {0..0.5: 2}}", "attributes.weight", "{'0..0.5': 2}", "1 more"),
+    ("count: 3\nattributes: {ring: [bnad]}", "attributes.ring", "'bnad'", "Did you mean band?"),
+    ("count: 3\nattributes: {environment: [citi]}", "attributes.environment", "citi", "mean city?"),
+    (
+        "count: 3\nattributes: {environment: ['user:../a']}",
+        "attributes.environment",
+        "..",
+        "user:<",
+    ),
     ("count: 1000000\nimages_per_shard: 1", "images_per_shard", "1", "ask for 10"),
 ]
 
@@ -86,6 +116,35 @@ def test_defaults_are_the_papers() -> None:
     assert (spec.image.format, spec.image.jpeg_quality) == (ImageFormat.JPEG, 95)
     assert spec.render.quality is Quality.STANDARD
     assert spec.labels == list(LabelKind)
+    assert spec.balanced() == ALWAYS_BALANCED
+
+
+def test_numbers_and_bands_have_one_spelling_and_an_order() -> None:
+    yaml_text = "skin_tone: [-17.50, 55, tan, '41.0']\nage: {60..90: 2, 18..30.0: 3, '45': 1}"
+    spec = parse_spec({"count": 6, "attributes": yaml.safe_load(yaml_text)})
+    assert spec.attributes.skin_tone == ["-17.5", "55", "tan", "41"]
+    assert spec.values_of(Attribute.SKIN_TONE) == ("55", "41", "tan", "-17.5")
+    assert spec.attributes.age == {"60..90": 2, "18..30": 3, "45": 1}
+    assert spec.values_of(Attribute.AGE) == ("18..30", "45", "60..90")
+    assert spec.values_of(Attribute.RING) == ("none",)
+    assert spec.balanced() == (*ALWAYS_BALANCED, Attribute.AGE)
+    assert parse_spec_text(spec.canonical_json()) == spec
+
+
+def test_a_users_environments_come_after_the_catalogue_and_never_by_default() -> None:
+    asked = ["user:my.room", "night", "polyhaven:abandoned_bakery", "city"]
+    spec = parse_spec({"count": 6, "attributes": {"environment": asked}})
+    order = ("city", "night", "polyhaven:abandoned_bakery", "user:my.room")
+    assert spec.values_of(Attribute.ENVIRONMENT) == order
+    everything = parse_spec({"count": 6}).values_of(Attribute.ENVIRONMENT)
+    assert everything == tuple(CATALOGUE)
+
+
+def test_a_long_list_of_nonsense_is_answered_shortly() -> None:
+    nonsense = [f"place{number}" for number in range(1000)]
+    with pytest.raises(InvalidInput) as caught:
+        parse_spec({"count": 6, "attributes": {"environment": nonsense}})
+    assert len(caught.value.problems) == MAX_PROBLEMS
 
 
 def test_yaml_json_and_python_are_one_spec(tmp_path: Path) -> None:
@@ -117,5 +176,42 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
 
 def test_the_schema_spells_out_every_value() -> None:
     schema = json.dumps(spec_json_schema())
-    for word in ("very_light", "shakespeares_yorick", "courtyard", "third_person", "left"):
+    for word in ("very_light", "shakespeares_yorick", "courtyard", "third_person", "left", "gem"):
         assert f'"{word}"' in schema
+
+
+def schema_of(attribute: str) -> dict[str, Any]:
+    found: Any = spec_json_schema()
+    request: dict[str, Any] = found["$defs"]["AttributeRequests"]["properties"][attribute]
+    return request
+
+
+@pytest.mark.parametrize(
+    ("attribute", "good", "bad"),
+    [
+        ("skin_tone", ["tan", "-17.5", "41"], ["drak", "1..2", ""]),
+        ("age", ["18..30", "35", "-1e-3..+0.5"], ["18-30", "a", ".5..1", "1...2"]),
+        ("environment", ["city", "user:my.room", "polyhaven:a_b"], ["user:../a", "xuser:a", "us"]),
+        ("ring", ["none", "gem"], ["watch"]),
+    ],
+)
+def test_the_schema_takes_the_strings_that_the_parser_takes(
+    attribute: str, good: list[str], bad: list[str]
+) -> None:
+    words = schema_of(attribute)["anyOf"][2]["propertyNames"]
+    choices = words.get("anyOf", [words])
+
+    def fits(text: str) -> bool:
+        return any(
+            text in choice["enum"] if "enum" in choice else re.search(choice["pattern"], text)
+            for choice in choices
+        )
+
+    assert [text for text in good if not fits(text)] == []
+    assert [text for text in bad if fits(text)] == []
+
+
+def test_the_schema_bounds_numbers() -> None:
+    *_, number = schema_of("skin_tone")["anyOf"][1]["items"]["anyOf"]
+    assert number == {"type": "number", "minimum": -90.0, "maximum": 70.0}
+    assert "Left out: none." in schema_of("sleeve")["description"]
