@@ -11,7 +11,7 @@ from hi5_common.domain.spec import parse_spec
 from hi5_common.domain.vocabulary import Attribute, Gender, Pose, Viewpoint
 from services.worker.hand.bones import BONE_INDEX
 from services.worker.hand.skin import posed_hand
-from services.worker.scene.exposure import Seen, lamps_of, metered_light
+from services.worker.scene.exposure import Seen, light_on_hand, metered_light
 from services.worker.scene.geometry import transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.poses import blended_angles
@@ -30,8 +30,8 @@ UPRIGHT = Stance(90.0, 0.0)
 CAMERA_DISTANCE_M = 0.55
 MARGIN = 1.12
 """The picture is this much larger than what is looked at."""
-LIGHT_FROM_DEG = 50.0
-"""How far to the left of the camera most light comes from, so that it models form."""
+SIDE_DEG = 30.0
+"""Light from the camera models no form."""
 WHITE_LEVEL = 0.6
 
 
@@ -126,19 +126,19 @@ def _photographed(scene: HandScene, aim: Aim, hands: HandLibrary) -> HandScene:
     camera = _portrait(scene.camera.intrinsics, looked_at, outward, aim.margin)
     seen = Seen(camera, skin_m, hand.model.hand_quads())
     environment = scene.cell.environment
-    rotation_z_deg = _turned_to(environment, outward)
+    rotation_z_deg = _turned_to(environment, seen)
     level_ev = math.log2(WHITE_LEVEL / metered_light(environment, rotation_z_deg, seen))
     light = Light(environment, rotation_z_deg, round(level_ev, 4))
     return replace(scene, camera=camera, light=light)
 
 
-def _turned_to(environment: str, outward: Array) -> float:
-    """Return the turn that brings the panorama's light LIGHT_FROM_DEG to the camera's left."""
-    lamps = lamps_of(environment)
-    main = np.einsum("pk,p->k", lamps.directions, lamps.irradiance)
-    light_deg, camera_deg = (math.degrees(math.atan2(way[1], way[0])) for way in (main, outward))
-    # Seen from the hand the camera's left is clockwise of the camera.
-    return round((camera_deg - LIGHT_FROM_DEG - light_deg) % 360.0, 4)
+def _turned_to(environment: str, seen: Seen) -> float:
+    """Return a turn of the panorama that lights what is seen well, yet from the side: SIDE_DEG off
+    the turn that lights it best.
+    """
+    turns = np.arange(0.0, 360.0, 15.0)
+    best = max(turns.tolist(), key=lambda turn: light_on_hand(environment, turn, seen))
+    return float((best + SIDE_DEG) % 360.0)
 
 
 def _is_right(scene: HandScene) -> bool:

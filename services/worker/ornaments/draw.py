@@ -1,11 +1,12 @@
 """Draws what a hand wears: the kind is the plan's, everything else is chance."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from hi5_common.domain.plan import Cell
-from hi5_common.domain.vocabulary import Gender, NailPolish, Ring, Sleeve, WristWear
+from hi5_common.domain.vocabulary import Gender, Handedness, NailPolish, Ring, Sleeve, WristWear
 from services.worker.ornaments import stuff
 from services.worker.ornaments.mesh import OrnamentMaterial, Rgb
 from services.worker.ornaments.worn import (
@@ -51,7 +52,7 @@ def _ring(cell: Cell, rng: np.random.Generator) -> RingWorn | None:
     slim = 0.8 if cell.gender is Gender.FEMALE else 1.0
     return RingWorn(
         finger=FINGERS[int(rng.choice(len(FINGERS), p=FINGER_SHARES))],
-        along=float(rng.uniform(0.6, 0.68)),
+        along=float(rng.uniform(0.66, 0.74)),
         width_m=slim * float(rng.uniform(*widths)),
         thickness_m=float(rng.uniform(0.0013, 0.0019)),
         metal=stuff.drawn_metal(rng),
@@ -129,19 +130,66 @@ def _strap_material(
 def _sleeve(cell: Cell, rng: np.random.Generator) -> SleeveWorn | None:
     if cell.sleeve == Sleeve.NONE:
         return None
-    nearest = 0.016 if cell.wrist_wear == WristWear.NONE else 0.058
-    start_m = nearest + (0.12 - nearest) * float(rng.beta(1.0, 2.0))
-    fold_seed = int(rng.integers(2**31))
-    if cell.sleeve == Sleeve.SHIRT:
-        cloth = stuff.drawn_shirting(rng)
-        sizes = (0.006, 0.0014, 0.055, 0.005)
-        return SleeveWorn(start_m, *sizes, fold_seed, cloth, None)
+    nearest_m = 0.014 if cell.wrist_wear == WristWear.NONE else 0.058
+    start_m = nearest_m + (0.12 - nearest_m) * float(rng.beta(1.0, 2.2))
+    sleeve = SleeveWorn(
+        from_wrist_m=start_m,
+        ease_m=float(rng.uniform(0.003, 0.006)),
+        thickness_m=0.0013,
+        cuff_m=float(rng.uniform(0.05, 0.065)),
+        seam_m=0.005,
+        gathered=True,
+        fold_m=float(rng.uniform(0.003, 0.005)),
+        fold_seed=int(rng.integers(2**31)),
+        material=stuff.drawn_shirting(rng),
+        inner=None,
+        buttons=1,
+        buttons_at_m=0.026,
+        button_radius_m=0.0052,
+        button_turn=_little_finger_side(cell) + float(rng.uniform(-0.05, 0.05)),
+        button=stuff.painted((0.7, 0.69, 0.66), 0.2, coat=0.3),
+    )
     if cell.sleeve == Sleeve.KNIT:
-        sizes = (0.002, 0.0032, 0.05, 0.006)
-        return SleeveWorn(start_m, *sizes, fold_seed, stuff.drawn_knit(rng), None)
+        return _knitted(sleeve, rng)
+    return _tailored(sleeve, rng) if cell.sleeve == Sleeve.JACKET else sleeve
+
+
+def _little_finger_side(cell: Cell) -> float:
+    """Return where that side is, in turns about the forearm from its frame's `across`."""
+    return 0.0 if cell.handedness is Handedness.LEFT else 0.5
+
+
+def _knitted(sleeve: SleeveWorn, rng: np.random.Generator) -> SleeveWorn:
+    return replace(
+        sleeve,
+        ease_m=float(rng.uniform(0.0012, 0.0025)),
+        thickness_m=float(rng.uniform(0.0025, 0.0036)),
+        seam_m=-1.0,
+        gathered=False,
+        fold_m=float(rng.uniform(0.004, 0.006)),
+        material=stuff.drawn_knit(rng),
+        buttons=0,
+    )
+
+
+def _tailored(sleeve: SleeveWorn, rng: np.random.Generator) -> SleeveWorn:
     cloth = stuff.drawn_coating(rng)
-    shirt = stuff.drawn_shirting(rng) if start_m > nearest + 0.015 and rng.random() < 0.6 else None
-    return SleeveWorn(start_m, 0.010, 0.0030, 0.012, 0.0055, fold_seed, cloth, shirt)
+    showing = sleeve.from_wrist_m > 0.03 and rng.random() < 0.6
+    return replace(
+        sleeve,
+        ease_m=float(rng.uniform(0.007, 0.011)),
+        thickness_m=float(rng.uniform(0.0024, 0.0034)),
+        cuff_m=0.03,
+        seam_m=0.012,
+        gathered=False,
+        fold_m=float(rng.uniform(0.003, 0.0045)),
+        material=cloth,
+        inner=sleeve.material if showing else None,
+        buttons=int(rng.choice((0, 3, 4))),
+        buttons_at_m=0.02,
+        button_radius_m=0.0075,
+        button=stuff.painted(cloth.base_rgb, 0.35),
+    )
 
 
 def draw_nail_polish(kind: NailPolish, rng: np.random.Generator) -> PaintedNails | None:

@@ -85,18 +85,26 @@ class WatchWorn:
 class SleeveWorn:
     """A sleeve from `from_wrist_m` up the forearm on; its folds follow from their own seed.
 
-    ease_m: how much wider than the arm it is. A cuff of cuff_m is stiff; inner: a shirt's cuff
-    that shows under a jacket's.
+    ease_m: how much further from the arm it is. A cuff of cuff_m is stiff, with a seam seam_m from
+    its edge; gathered: the cloth behind it is pleated into it. Buttons stand button_turn of a full
+    turn about the arm. inner: a shirt's cuff that shows under a jacket's.
     """
 
     from_wrist_m: float
     ease_m: float
     thickness_m: float
     cuff_m: float
+    seam_m: float
+    gathered: bool
     fold_m: float
     fold_seed: int
     material: OrnamentMaterial
     inner: OrnamentMaterial | None
+    buttons: int
+    buttons_at_m: float
+    button_radius_m: float
+    button_turn: float
+    button: OrnamentMaterial
 
 
 @dataclass(frozen=True)
