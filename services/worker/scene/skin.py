@@ -20,7 +20,7 @@ MIN_ITA_DEG, MAX_ITA_DEG = -90.0, 70.0
 _ANCHOR_ITA_DEG = (-90.0, -80.0, -30.0, 10.0, 28.0, 41.0, 55.0, 70.0)
 _RADIUS = (29.5, 28.6, 20.0, 20.8, 21.5, 23.3, 23.7, 24.5)
 """Distance of the locus from (b* 0, L* 50): the published points, and a plausible way on."""
-_REDNESS = (5.0, 7.0, 12.3, 11.8, 10.3, 8.9, 8.0, 6.5)
+_REDNESS = (5.0, 7.0, 12.3, 12.5, 11.4, 10.2, 9.2, 7.5)
 _PALM_LAB: tuple[Lab, ...] = (
     (48.0, 12.0, 18.5),
     (50.0, 12.5, 19.0),
@@ -35,7 +35,7 @@ _REDNESS_SPREAD, _RADIUS_SPREAD = 0.9, 0.035
 _MAX_SPREAD = 2.0
 
 _MELANIN_STRENGTH = (1.25, 1.2, 1.1, 0.8, 0.6, 0.5, 0.42, 0.4)
-_BLOOD_STRENGTH = (0.22, 0.25, 0.38, 0.48, 0.52, 0.55, 0.55, 0.55)
+_BLOOD_STRENGTH = (0.22, 0.25, 0.40, 0.54, 0.62, 0.68, 0.70, 0.70)
 _VEIN_STRENGTH = (0.08, 0.10, 0.14, 0.20, 0.24, 0.28, 0.32, 0.34)
 _FRECKLE_STRENGTH = (0.10, 0.12, 0.25, 0.5, 0.8, 1.0, 1.0, 1.0)
 MELANIN_SHAPE: Rgb = (-0.72, -1.0, -1.16)

@@ -1,6 +1,6 @@
 """What the skin needs to know of the hand under it: texels with their place, way and joints."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -13,15 +13,20 @@ from services.worker.hand.parts import PARTS, HandPart
 from services.worker.hand.rest import DIGITS
 from services.worker.hand.rotation import unit
 from services.worker.hand.skinmaps.atlas import Texels, atlas_uvs, rasterised
+from services.worker.hand.skinmaps.noise import octaves_of, value_noise
 from services.worker.hand.subdivide import subdivision
 from services.worker.hand.surface import vertex_normals
 
 SURFACE_LEVELS = 2
+MESH_MM = 5.0
+"""Noise as long as this is smooth between the vertices of that surface."""
+AROUND_MM = 36.0
 MM_PER_M = 1000.0
 DORSUM_FACING = 0.35
 """Skin counts as back of the hand where it faces the dorsal way by at least this cosine."""
 
 Mask = npt.NDArray[np.bool_]
+Rows = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +51,8 @@ class Joint:
 class Skin:
     """The texels of a hand at rest. T texels; millimetres; right hand.
 
-    points_mm, normals (T, 3); facing (T,) cosine of the normal to the dorsal way, -1 palmar;
+    points_mm, normals (T, 3); vertices_mm (W, 3) of the smooth surface; facing (T,) cosine of the
+    normal to the dorsal way, -1 palmar;
     glabrous (T,) 0..1 as the hand model has it; tip (T,) cosine of the normal to the way out of
     the digit's end; digit (T,) index into DIGITS or -1; forearm (T,) share 0..1; nail (T,) 0..1.
     """
@@ -54,6 +60,7 @@ class Skin:
     model: HandModel
     texels: Texels
     points_mm: F8
+    vertices_mm: F8
     normals: F8
     facing: F8
     glabrous: F8
@@ -61,6 +68,43 @@ class Skin:
     digit: I4
     forearm: F8
     nail: F8
+    _around: dict[tuple[int, str], tuple[Rows, F8, F8]] = field(default_factory=dict)
+
+    def noise(self, wavelength_mm: float, octaves: int, name: str, rows: Rows | None = None) -> F8:
+        """Noise in about -1..1 at all texels, or at some (M,), in octaves of ever finer detail.
+
+        What is longer than the mesh is wide is evaluated at its vertices, of which there are few.
+        """
+        corners = self.texels.corners if rows is None else self.texels.corners[rows]
+        weights = self.texels.weights if rows is None else self.texels.weights[rows]
+        coarse = np.zeros(len(self.vertices_mm), dtype=np.float32)
+        fine = np.zeros(len(corners), dtype=np.float32)
+        points_mm = self.points_mm if rows is None else self.points_mm[rows]
+        for number, length_mm, gain in octaves_of(wavelength_mm, octaves):
+            key = f"{name}/{number}"
+            if length_mm >= MESH_MM:
+                coarse += np.float32(gain) * value_noise(self.vertices_mm, length_mm, key)
+            else:
+                fine += np.float32(gain) * value_noise(points_mm, length_mm, key)
+        if wavelength_mm >= MESH_MM:
+            fine += np.einsum("tk,tk->t", coarse[corners], weights)
+        return fine.astype(np.float64)
+
+    def around(self, joint: Joint) -> tuple[Rows, F8, F8]:
+        """Texels (M,) of a joint's digit and the palm near it, their place in the joint's frame
+        (M, 3) and squared distance (M,), mm.
+
+        Other digits are left out, however close they lie at rest.
+        """
+        key = (joint.digit, joint.name)
+        if key not in self._around:
+            own = np.flatnonzero((self.digit == joint.digit) | (self.digit == -1))
+            offset = self.points_mm[own] - joint.centre_mm
+            square = np.einsum("ni,ni->n", offset, offset)
+            close = square < AROUND_MM**2
+            rows = own[close]
+            self._around[key] = rows, joint.local_mm(self.points_mm[rows]), square[close]
+        return self._around[key]
 
     @property
     def dorsum(self) -> Mask:
@@ -89,6 +133,7 @@ def skin_of_hand(model: HandModel, side_px: int) -> Skin:
         model=model,
         texels=texels,
         points_mm=texels.sampled(vertices_m) * MM_PER_M,
+        vertices_mm=vertices_m * MM_PER_M,
         normals=unit(texels.sampled(normals)),
         facing=texels.sampled(facing),
         glabrous=texels.sampled(surface.apply(model.palm)),
@@ -163,17 +208,12 @@ def _digit_of_part() -> I4:
     return np.array(owners, dtype=np.int32)
 
 
-def near(skin: Skin, joint: Joint, reach_mm: float) -> tuple[npt.NDArray[np.int64], F8]:
-    """Texels (M,) around a joint, and their coordinates (M, 3) in its frame, mm.
-
-    Other digits are left out, however close they lie at rest.
+def near(skin: Skin, joint: Joint, reach_mm: float) -> tuple[Rows, F8]:
+    """Texels (M,) no further from a joint than reach along its digit, nor than 1.8 times that in
+    all (at most AROUND_MM), and their coordinates (M, 3) in its frame, mm.
     """
-    own = (skin.digit == joint.digit) | (skin.digit == -1)
-    offset = skin.points_mm - joint.centre_mm
-    close = own & (np.einsum("ni,ni->n", offset, offset) < (1.8 * reach_mm) ** 2)
-    rows = np.flatnonzero(close)
-    local_mm = joint.local_mm(skin.points_mm[rows])
-    here = np.abs(local_mm[:, 0]) < reach_mm
+    rows, local_mm, square = skin.around(joint)
+    here = (square < (1.8 * reach_mm) ** 2) & (np.abs(local_mm[:, 0]) < reach_mm)
     return rows[here], local_mm[here]
 
 

@@ -17,7 +17,6 @@ from services.worker.hand.skinmaps.lines import (
     distance_mm,
     spread,
 )
-from services.worker.hand.skinmaps.noise import fractal_noise, value_noise
 
 GLABROUS_BORDER = (-0.16, 0.30)
 """Cosine from the sides to the palmar way over which skin turns glabrous: 4 to 7 mm."""
@@ -42,13 +41,13 @@ AGE_SPOTS = Spots("age_spot", 70, (0.9, 3.2))
 
 def glabrous_map(skin: Skin, creases: Creases) -> F8:
     """Share of glabrous skin: an uneven border along the sides; folds keep the darker tone."""
-    uneven = 0.10 * fractal_noise(skin.points_mm, 9.0, 3, "glabrous")
+    uneven = 0.10 * skin.noise(9.0, 3, "glabrous")
     palmar = smoothstep(*GLABROUS_BORDER, -skin.facing + uneven)
     tip = smoothstep(*TIP_BORDER, skin.tip + uneven) * (skin.digit >= 0)
-    ragged_mm = 5.0 * fractal_noise(skin.points_mm, 14.0, 3, "glabrous/wrist")
+    ragged_mm = 5.0 * skin.noise(14.0, 3, "glabrous/wrist")
     wrist = smoothstep(*WRIST_BORDER_MM, skin.points_mm[:, 1] + ragged_mm)
     share = np.maximum(palmar, tip) * wrist
-    patchy = 1.0 + 0.10 * fractal_noise(skin.points_mm, 5.0, 3, "glabrous/patchy")
+    patchy = 1.0 + 0.10 * skin.noise(5.0, 3, "glabrous/patchy")
     dark = 1.0 - 0.62 * creases.palmar
     return np.clip(0.88 * share * patchy * dark, 0.0, 1.0)
 
@@ -66,8 +65,8 @@ def blood_map(skin: Skin, creases: Creases) -> F8:
     red += 0.20 * smoothstep(0.1, 0.9, skin.tip) * (skin.digit >= 0)
     red += 0.10 * smoothstep(0.0, 0.5, skin.nail)
     red += 0.22 * creases.palmar + 0.12 * creases.dorsal
-    blotch = fractal_noise(skin.points_mm, 11.0, 3, "blotch")
-    speckle = fractal_noise(skin.points_mm, 2.6, 2, "speckle")
+    blotch = skin.noise(11.0, 3, "blotch")
+    speckle = skin.noise(2.6, 2, "speckle")
     red += (0.10 + 0.10 * palm) * blotch + (0.05 + 0.09 * palm) * speckle
     return np.clip(0.5 + red - 0.06, 0.0, 1.0)
 
@@ -89,19 +88,22 @@ def _pads(skin: Skin) -> F8:
     return np.asarray(np.clip(pads + 0.8 * balls, -0.3, 1.0))
 
 
-def melanin_map(skin: Skin, creases: Creases) -> F8:
-    """Pigment about 0.5: knuckles and their folds above it, mottling, a paler inner forearm."""
+def melanin_map(skin: Skin, creases: Creases, cells: F8) -> F8:
+    """Pigment about 0.5: knuckles and folds above it, mottling, a paler inner forearm.
+
+    cells (T,): the fine lines between cells of skin, which look a little darker.
+    """
     dark = np.zeros(skin.texels.count)
     for joint in joints(skin.model):
         weight, reach_mm = (0.16, 7.0) if joint.name == "mcp" else (0.30, 5.2)
         rows, local_mm = near(skin, joint, 2.8 * reach_mm)
-        uneven = 1.0 + 0.35 * value_noise(skin.points_mm[rows], 3.5, "knuckle")
+        uneven = 1.0 + 0.35 * skin.noise(3.5, 1, "knuckle", rows)
         spread_mm = bump(local_mm[:, 0], reach_mm) * bump(local_mm[:, 1], 10.0)
         dark[rows] += weight * spread_mm * uneven * dorsal_share(skin.facing[rows])
     dark += 0.24 * creases.dorsal
-    mottle = fractal_noise(skin.points_mm, 16.0, 3, "mottle")
-    grain = fractal_noise(skin.points_mm, 3.2, 3, "grain")
-    dark += 0.10 * mottle + 0.09 * grain
+    mottle = skin.noise(16.0, 3, "mottle")
+    grain = skin.noise(3.2, 3, "grain")
+    dark += 0.10 * mottle + 0.13 * grain + 0.10 * (cells - 0.25)
     dark -= 0.16 * skin.forearm * smoothstep(-0.2, 0.7, -skin.facing)
     return np.clip(0.5 + dark - 0.05, 0.0, 1.0)
 
@@ -112,12 +114,11 @@ def vein_map(skin: Skin) -> F8:
     for curves, side in ((DORSAL_VEINS, 1.0), (WRIST_VEINS, -1.0)):
         facing = smoothstep(0.25, 0.7, side * skin.facing)
         rows = np.flatnonzero((facing > 0.0) & (skin.digit == -1))
-        points_mm = skin.points_mm[rows]
-        warp = [fractal_noise(points_mm, 22.0, 3, f"vein/{axis}") for axis in "xy"]
-        warped_mm = points_mm[:, :2] + 4.5 * np.stack(warp, axis=1)
+        warp = [skin.noise(22.0, 3, f"vein/{axis}", rows) for axis in "xy"]
+        warped_mm = skin.points_mm[rows, :2] + 4.5 * np.stack(warp, axis=1)
         for curve in curves:
             veins[rows] = np.maximum(veins[rows], _vein(skin, curve, warped_mm) * facing[rows])
-    uneven = 0.8 + 0.3 * fractal_noise(skin.points_mm, 14.0, 2, "vein/depth")
+    uneven = 0.8 + 0.3 * skin.noise(14.0, 2, "vein/depth")
     return np.clip(veins * uneven, 0.0, 1.0)
 
 
@@ -139,8 +140,10 @@ def spot_map(skin: Skin, kind: Spots) -> F8:
     tree = cKDTree(skin.points_mm[middle])
     spots = np.zeros(skin.texels.count)
     rows = np.flatnonzero(hairy)
+    reach_mm = 2.0 * high
+    rows = rows[np.isfinite(tree.query(skin.points_mm[rows], distance_upper_bound=reach_mm)[0])]
     points_mm = skin.points_mm[rows]
-    warp = [0.3 * value_noise(points_mm, 1.4, f"{kind.name}/{axis}") for axis in "xyz"]
+    warp = [0.3 * skin.noise(1.4, 1, f"{kind.name}/{axis}", rows) for axis in "xyz"]
     far_mm, owner = tree.query(points_mm + np.stack(warp, axis=1) * high, k=3)
     edge = np.clip(far_mm / radius_mm[owner], 0.0, 2.0)
     spots[rows] = (strength[owner] * smoothstep(1.25, 0.45, edge)).max(axis=1)

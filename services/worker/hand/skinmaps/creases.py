@@ -16,10 +16,13 @@ from services.worker.hand.skinmaps.anatomy import (
     near,
     palmar_share,
 )
-from services.worker.hand.skinmaps.lines import PALM_LINES, WRIST_LINES, Curve, distance_mm, spread
-from services.worker.hand.skinmaps.noise import fractal_noise, value_noise
+from services.worker.hand.skinmaps.lines import PALM_LINES, WRIST_LINES, distance_mm, spread
 
 THUMB = 0
+PALM_FROM_MM = -45.0
+LINE_WARP_MM = 1.1
+PALM_LINE_MM = 0.42
+FOLD_REACH_MM = 5.0
 
 
 @dataclass(frozen=True)
@@ -63,10 +66,7 @@ def creases_of(skin: Skin) -> Creases:
     """All folds of a hand; they are lines a third of a millimetre wide with soft shoulders."""
     palmar, palmar_mm = np.zeros(skin.texels.count), np.zeros(skin.texels.count)
     dorsal, dorsal_mm = np.zeros(skin.texels.count), np.zeros(skin.texels.count)
-    for curve in PALM_LINES:
-        _draw_curve(skin, curve, palmar, palmar_mm, (-4.0, 14.0))
-    for curve in WRIST_LINES:
-        _draw_curve(skin, curve, palmar, palmar_mm, (-20.0, 8.0))
+    _draw_palm(skin, palmar, palmar_mm)
     found = joints(skin.model)
     for joint in found:
         for number, place_mm in enumerate(_places_mm(joint, found)):
@@ -85,21 +85,19 @@ def _places_mm(joint: Joint, found: tuple[Joint, ...]) -> tuple[float, ...]:
     return (root_mm - 0.9, root_mm + 0.8)
 
 
-def _draw_curve(
-    skin: Skin, curve: Curve, crease: F8, depth_mm: F8, border_mm: tuple[float, float]
-) -> None:
-    """Add a line of the palm or the wrist, on palmar skin within its border along the hand."""
-    own = (skin.digit <= THUMB) & (skin.facing < 0.1)
-    rows = np.flatnonzero(own & (skin.points_mm[:, 1] > border_mm[0] - 25.0))
-    points_mm = skin.points_mm[rows]
-    warp = [fractal_noise(points_mm, 11.0, 3, f"line/{axis}") for axis in "xy"]
-    far_mm, share = distance_mm(
-        points_mm[:, :2] + 1.1 * np.stack(warp, axis=1), spread(skin.model, curve)
-    )
-    ends = smoothstep(0.0, 0.12, share) * smoothstep(0.0, 0.2, 1.0 - share)
-    uneven = 0.85 + 0.25 * value_noise(points_mm, 7.0, "line/depth")
-    strength = curve.strength * ends * uneven * palmar_share(skin.facing[rows])
-    _add_fold(rows, far_mm, curve.width_mm, strength, 0.42, crease, depth_mm)
+def _draw_palm(skin: Skin, crease: F8, depth_mm: F8) -> None:
+    """Add the lines of palm and wrist, on palmar skin."""
+    own = (skin.digit <= THUMB) & (skin.facing < 0.1) & (skin.points_mm[:, 1] > PALM_FROM_MM)
+    rows = np.flatnonzero(own)
+    warp = [skin.noise(11.0, 3, f"line/{axis}", rows) for axis in "xy"]
+    places_mm = skin.points_mm[rows, :2] + LINE_WARP_MM * np.stack(warp, axis=1)
+    uneven = 0.85 + 0.25 * skin.noise(7.0, 1, "line/depth", rows)
+    palmar = uneven * palmar_share(skin.facing[rows])
+    for curve in (*PALM_LINES, *WRIST_LINES):
+        far_mm, share = distance_mm(places_mm, spread(skin.model, curve))
+        ends = smoothstep(0.0, 0.12, share) * smoothstep(0.0, 0.2, 1.0 - share)
+        strength = curve.strength * ends * palmar
+        _add_fold(rows, far_mm, curve.width_mm, strength, PALM_LINE_MM, crease, depth_mm)
 
 
 def _draw_flexion(
@@ -107,9 +105,10 @@ def _draw_flexion(
 ) -> None:
     """Add one crease across the palmar side of a digit, thinning out towards its sides."""
     rows, local_mm = near(skin, joint, 30.0 if joint.name == "mcp" else 9.0)
+    here = (np.abs(local_mm[:, 0] - place_mm) < FOLD_REACH_MM) & (skin.facing[rows] < 0.1)
+    rows, local_mm = rows[here], local_mm[here]
     name = f"flexion/{joint.digit}/{joint.name}/{number}"
-    points_mm = skin.points_mm[rows]
-    warp_mm = 0.55 * fractal_noise(points_mm, 6.0, 2, name)
+    warp_mm = 0.55 * skin.noise(6.0, 2, name, rows)
     bend_mm = 0.012 * local_mm[:, 1] ** 2 * (1.0 if number else -0.6)
     far_mm = np.abs(local_mm[:, 0] - place_mm + warp_mm + bend_mm)
     across = palmar_share(skin.facing[rows]) * (np.abs(local_mm[:, 1]) < 14.0)
@@ -117,8 +116,8 @@ def _draw_flexion(
     strength = (0.95 - 0.3 * number) * across * on_digit
     _add_fold(rows, far_mm, 0.38, strength, 0.36, crease, depth_mm)
     for side, faint in ((-1.9, 0.3), (2.3, 0.35)):
-        shift_mm = 0.7 * fractal_noise(points_mm, 4.0, 2, f"{name}/{side}")
-        broken = smoothstep(-0.3, 0.5, value_noise(points_mm, 4.0, f"{name}/{side}/gap"))
+        shift_mm = 0.7 * skin.noise(4.0, 2, f"{name}/{side}", rows)
+        broken = smoothstep(-0.3, 0.5, skin.noise(4.0, 1, f"{name}/{side}/gap", rows))
         near_mm = np.abs(local_mm[:, 0] - place_mm - side + shift_mm)
         _add_fold(rows, near_mm, 0.28, strength * faint * broken, 0.22, crease, depth_mm)
 
@@ -142,9 +141,9 @@ def _draw_wrinkles(skin: Skin, joint: Joint, crease: F8, depth_mm: F8) -> None:
     """Add the folds over a knuckle: arcs that run together at its sides, like an eye."""
     style = KNUCKLE_WRINKLES[joint.name]
     rows, local_mm = near(skin, joint, 2.4 * style.reach_mm)
-    points_mm = skin.points_mm[rows]
+    rows, local_mm = rows[skin.facing[rows] > 0.0], local_mm[skin.facing[rows] > 0.0]
     name = f"wrinkle/{joint.digit}/{joint.name}"
-    warp_mm = 0.75 * fractal_noise(points_mm, 5.0, 3, name)
+    warp_mm = 0.75 * skin.noise(5.0, 3, name, rows)
     side_mm = np.clip(np.abs(local_mm[:, 1]), 0.0, 8.0)
     spread_mm = (local_mm[:, 0] + warp_mm) / (1.0 - style.oval * (side_mm / 9.0) ** 2)
     phase = spread_mm / style.spacing_mm
@@ -152,7 +151,7 @@ def _draw_wrinkles(skin: Skin, joint: Joint, crease: F8, depth_mm: F8) -> None:
     far_mm = np.abs(phase - line) * style.spacing_mm
     depths = factor_rng(0, 0, name).uniform(0.45, 1.0, 64)[line.astype(np.int64) % 64]
     reach = bump(local_mm[:, 0], style.reach_mm) * dorsal_share(skin.facing[rows])
-    broken = 0.55 + 0.45 * smoothstep(-0.5, 0.4, value_noise(points_mm, 3.0, f"{name}/gap"))
+    broken = 0.55 + 0.45 * smoothstep(-0.5, 0.4, skin.noise(3.0, 1, f"{name}/gap", rows))
     strength = depths * reach * broken
     groove = 0.7 * bump(far_mm, 0.28) + 0.3 * bump(far_mm, 0.6)
     crease[rows] = np.maximum(crease[rows], strength * groove)

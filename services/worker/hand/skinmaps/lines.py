@@ -12,7 +12,7 @@ from services.worker.hand.model import HandModel
 from services.worker.hand.skinmaps.anatomy import MM_PER_M
 
 SAMPLES = 160
-FAR_MM = 20.0
+FAR_MM = 6.0
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from services.worker.hand.skinmaps.nails import nails_of
 Bytes = npt.NDArray[np.uint8]
 Halves = npt.NDArray[np.float16]
 
-MAPS_VERSION = "1"
+MAPS_VERSION = "2"
 """Raised with every change that alters a map."""
 STATISTIC_ROWS = 8192
 BYTE = 255.0
@@ -42,12 +42,12 @@ class SkinMaps:
 def skin_maps(model: HandModel, side_px: int) -> SkinMaps:
     """Evaluate every map from the rest surface of a right hand (about 2 s at 1024 px)."""
     skin = skin_of_hand(model, side_px)
-    creases, nails = creases_of(skin), nails_of(skin)
+    creases, nails, cells = creases_of(skin), nails_of(skin), relief.skin_cells(skin)
     veins = colour_maps.vein_map(skin)
     pigment = [
         colour_maps.glabrous_map(skin, creases),
         colour_maps.blood_map(skin, creases),
-        colour_maps.melanin_map(skin, creases),
+        colour_maps.melanin_map(skin, creases, cells),
         veins,
     ]
     spots = [
@@ -56,7 +56,7 @@ def skin_maps(model: HandModel, side_px: int) -> SkinMaps:
     heights_mm = [
         relief.still_relief_mm(skin, creases, nails),
         creases.dorsal_mm,
-        relief.pattern_mm(skin, nails),
+        relief.pattern_mm(skin, nails, cells),
         relief.sinew_mm(skin, veins),
     ]
     return SkinMaps(

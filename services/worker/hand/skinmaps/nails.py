@@ -13,6 +13,8 @@ from services.worker.hand.skinmaps.anatomy import Skin, bump
 from services.worker.hand.skinmaps.noise import value_noise
 
 REACH_MM = 16.0
+DOME_MM = 0.55
+"""A nail is rounder across than the mesh under it."""
 LUNULA_SHARE = {"thumb": 1.0, "index": 0.75, "middle": 0.7, "ring": 0.5, "pinky": 0.0}
 """How much of the half moon shows: most on the thumb, none on the little finger."""
 
@@ -40,7 +42,8 @@ def nails_of(skin: Skin) -> Nails:
         )
         fold = bump(inside_mm, 0.3) * edge
         swell = bump(inside_mm + 0.9, 0.8) * edge
-        relief_mm[rows] = plate[rows] * ridges - 0.28 * fold + 0.16 * swell
+        dome = DOME_MM * (1.0 - np.clip(across, -1.0, 1.0) ** 2)
+        relief_mm[rows] = plate[rows] * (ridges + dome) - 0.28 * fold + 0.16 * swell
         free = smoothstep(0.80, 0.92, along) * plate[rows]
         relief_mm[rows] += 0.10 * free
     return Nails(plate, zone, relief_mm)
@@ -75,15 +78,15 @@ def _plate_edge_mm(along: F8, across: F8, size_mm: tuple[float, float]) -> tuple
 
     The outline is a superellipse: nearly straight sides, a rounder root, a free tip.
     """
-    root = np.where(along < 0.0, 2.6, 3.0)
-    radius = (np.abs(along / 0.98) ** root + np.abs(across / 0.96) ** 3.2) ** (1.0 / 2.9)
+    root = np.where(along < 0.0, 2.3, 2.6)
+    radius = (np.abs(along / 1.04) ** root + np.abs(across / 1.02) ** 2.7) ** (1.0 / 2.5)
     inside_mm = (1.0 - radius) * min(size_mm)
     folded = smoothstep(0.95, 0.6, along)
     return inside_mm, folded
 
 
 def _zone(along: F8, across: F8, lunula: float) -> F8:
-    free = smoothstep(0.70, 0.82, along + 0.10 * across**2)
+    free = smoothstep(0.76, 0.88, along + 0.12 * across**2)
     reach = -0.98 + 0.42 * lunula
     moon = smoothstep(0.06, -0.06, along - reach + 0.75 * across**2) if lunula else 0.0 * along
     return np.asarray(0.5 + 0.5 * free - 0.5 * moon * min(1.0, 0.6 + lunula))

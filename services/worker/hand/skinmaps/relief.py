@@ -10,10 +10,10 @@ from services.worker.hand.maps import smoothstep
 from services.worker.hand.skinmaps.anatomy import MM_PER_M, Skin, bump, joints, near
 from services.worker.hand.skinmaps.creases import Creases
 from services.worker.hand.skinmaps.nails import Nails
-from services.worker.hand.skinmaps.noise import fractal_noise, value_noise
+from services.worker.hand.skinmaps.noise import value_noise
 
 PATTERN_SPACING_MM = 1.05
-PATTERN_DEPTH_MM = 0.055
+PATTERN_DEPTH_MM = 0.11
 RIDGE_PERIOD_MM = 0.5
 RIDGE_DEPTH_MM = 0.045
 RIDGES_FROM_PX = 2048
@@ -23,20 +23,20 @@ VEIN_MM = 0.55
 
 def still_relief_mm(skin: Skin, creases: Creases, nails: Nails) -> F8:
     """Folds that stay whatever the pose: palmar creases, nails, unevenness."""
-    lumps = 0.05 * fractal_noise(skin.points_mm, 6.0, 3, "lumps") * (1.0 - nails.plate)
+    lumps = 0.05 * skin.noise(6.0, 3, "lumps") * (1.0 - nails.plate)
     return creases.palmar_mm + nails.relief_mm + lumps
 
 
-def pattern_mm(skin: Skin, nails: Nails) -> F8:
+def pattern_mm(skin: Skin, nails: Nails, cells: F8) -> F8:
     """Fine lines: polygons on hairy skin; ridges on glabrous skin where texels can hold them."""
     palmar = smoothstep(-0.15, 0.25, -skin.facing) * smoothstep(-4.0, 8.0, skin.points_mm[:, 1])
-    hairy = -PATTERN_DEPTH_MM * _cells(skin)
-    pores = 0.02 * fractal_noise(skin.points_mm, 1.6, 2, "pores")
+    hairy = -PATTERN_DEPTH_MM * cells
+    pores = 0.02 * skin.noise(1.6, 2, "pores")
     glabrous = _ridges_mm(skin) if skin.texels.side_px >= RIDGES_FROM_PX else pores
     return np.asarray((hairy * (1.0 - palmar) + glabrous * palmar) * (1.0 - nails.plate))
 
 
-def _cells(skin: Skin) -> F8:
+def skin_cells(skin: Skin) -> F8:
     """(T,) 1 on the borders between cells of skin about a millimetre wide, 0 inside them."""
     rng = factor_rng(0, 0, "skin_cells")
     area_mm2 = float(skin.texels.area_m2.sum()) * MM_PER_M**2
@@ -52,7 +52,7 @@ def _cells(skin: Skin) -> F8:
 
 def _ridges_mm(skin: Skin) -> F8:
     """Papillary ridges: whorls on the pulps, a warped flow over the palm."""
-    warp = [fractal_noise(skin.points_mm, 12.0, 2, f"ridge/{axis}") for axis in "xyz"]
+    warp = [skin.noise(12.0, 2, f"ridge/{axis}") for axis in "xyz"]
     flow_mm = skin.points_mm + 3.0 * np.stack(warp, axis=1)
     phase_mm = 0.8 * flow_mm[:, 1] + 0.6 * flow_mm[:, 0]
     for joint in joints(skin.model):

@@ -17,7 +17,7 @@ from services.worker.scene.skin import base_rgb
 from services.worker.scene.types import Pigment, ReliefStrength, Rgb, Skin
 
 SKIN_IOR, NAIL_IOR = 1.4, 1.54
-NAIL_ROUGHNESS, NAIL_COAT, NAIL_COAT_ROUGHNESS = 0.32, 0.35, 0.18
+NAIL_ROUGHNESS, NAIL_COAT, NAIL_COAT_ROUGHNESS = 0.34, 0.15, 0.26
 PALM_SMOOTHER = 0.05
 """A palm's skin is a little moist: its roughness is lower by this."""
 FREE_EDGE_RGB: Rgb = (0.62, 0.55, 0.46)
