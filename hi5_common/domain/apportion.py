@@ -13,6 +13,8 @@ import numpy.typing as npt
 
 Ints = npt.NDArray[np.int64]
 
+_LOWEST = np.iinfo(np.int64).min
+
 
 def joint_cells(shares: Sequence[Ints]) -> tuple[Ints, Ints]:
     """Apportion N images among joint cells.
@@ -51,14 +53,15 @@ def _deal_rest(rows: Ints, part: Ints, rest: Ints, unit: int, lags: Ints) -> Int
     are the rows of lags that a node touches: its values above, and row 0 for the attribute alone.
     """
     extra = np.zeros_like(part)
-    for node, (touched, gained, left) in enumerate(zip(rows, part, rest.tolist(), strict=True)):
-        lags[touched] += gained
-        if left:
-            score = lags[touched].sum(axis=0)
-            score[gained == 0] = np.iinfo(np.int64).min
-            chosen = np.argsort(-score, kind="stable")[:left]
-            extra[node, chosen] = 1
-            lags[np.ix_(touched, chosen)] -= unit
+    lefts = rest.tolist()
+    for node in np.flatnonzero(rest).tolist():  # a node with nothing left over has no part either
+        touched, gained = rows[node], part[node]
+        lag = lags[touched] + gained
+        score = np.where(gained == 0, _LOWEST, lag.sum(axis=0))
+        chosen = (-score).argsort(kind="stable")[: lefts[node]]
+        extra[node, chosen] = 1
+        lag[:, chosen] -= unit
+        lags[touched] = lag
     return extra
 
 
@@ -71,7 +74,7 @@ def _make_exact(extra: Ints, part: Ints, wanted: Ints, rows: Ints, unit: int, la
         if not movable.any():
             movable = extra[:, giver] > 0
         gain = lags[rows, taker].sum(axis=1) - lags[rows, giver].sum(axis=1)
-        node = int(np.argmax(np.where(movable, gain, np.iinfo(np.int64).min)))
+        node = int(np.argmax(np.where(movable, gain, _LOWEST)))
         extra[node, [giver, taker]] += (-1, 1)
         lags[rows[node], giver] += unit
         lags[rows[node], taker] -= unit

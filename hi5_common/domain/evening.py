@@ -25,6 +25,8 @@ PARTNERS = 6
 MAX_PASSES = 12
 MAX_TRIES = 1500
 _TINY = 1e-9
+_NUMBER = np.dtype(">u2")
+"""Value numbers, most significant byte first: no attribute has 65,536 values."""
 
 
 @dataclass(frozen=True)
@@ -43,15 +45,16 @@ class Cells:
     def __init__(self, path: Ints, size: Ints, shares: Sequence[Ints]) -> None:
         self._shares = shares
         self._total = int(size.sum())
-        self._sizes = dict(zip(map(tuple, path.tolist()), size.tolist(), strict=True))
-        self.path = path.copy()
-        self._off = {pair: self._deviation(path, size, *pair) for pair in self._pairs()}
+        self._sizes = dict(zip(_keys(path), size.tolist(), strict=True))
+        self._columns = np.ascontiguousarray(path.T.astype(_NUMBER))
+        self._off = {pair: self._deviation(size, *pair) for pair in self._pairs()}
 
     def sorted_cells(self) -> tuple[Ints, Ints]:
         """Return the cells in use, in the order of their values, and their sizes."""
-        used = sorted((path, size) for path, size in self._sizes.items() if size)
-        path = np.array([cell for cell, _ in used], np.int64)
-        return path, np.array([size for _, size in used], np.int64)
+        used = sorted((key, size) for key, size in self._sizes.items() if size)
+        path = np.frombuffer(b"".join(key for key, _ in used), _NUMBER)
+        sizes = np.array([size for _, size in used], np.int64)
+        return path.reshape(len(used), -1).astype(np.int64), sizes
 
     def gaps(self) -> list[Gap]:
         """List pairs that come too often or too seldom, both ways round, the furthest off first."""
@@ -78,9 +81,9 @@ class Cells:
 
     def _swap(self, gap: Gap, high: int, low: int) -> bool:
         """Give one image with (x, high) the value low, and one without x the value high."""
-        with_x = self.path[:, gap.a] == gap.x
-        givers = self._ranked(with_x & (self.path[:, gap.b] == high), gap.b, high, low)
-        takers = self._ranked(~with_x & (self.path[:, gap.b] == low), gap.b, low, high)
+        with_x, values = self._columns[gap.a] == gap.x, self._columns[gap.b]
+        givers = self._ranked(with_x & (values == high), gap.b, high, low)
+        takers = self._ranked(~with_x & (values == low), gap.b, low, high)
         best, chosen = -_TINY, None
         for (gain_u, u), (gain_v, v) in itertools.product(givers, takers):
             apart = sum(i != j for c, (i, j) in enumerate(zip(u, v, strict=True)) if c != gap.b)
@@ -96,14 +99,15 @@ class Cells:
         self, rows: npt.NDArray[np.bool_], b: int, old: int, new: int
     ) -> list[tuple[float, tuple[int, ...]]]:
         """Rank cells by how much changing b from old to new would help their other pairs."""
-        cells = self.path[rows]
+        cells = np.flatnonzero(rows)
         change = np.zeros(len(cells))
-        for c in range(len(self._shares)):
+        for c, column in enumerate(self._columns):
             if c != b:
                 off = self._table(b, c)
-                change = change + (off[new, cells[:, c]] - off[old, cells[:, c]])
-        order = np.argsort(change, kind="stable")
-        ranked = ((float(change[row]), tuple(cells[row].tolist())) for row in order[:LOOKED_AT])
+                change = change + (off[new] - off[old])[column[cells]]
+        order = np.argsort(change, kind="stable")[:LOOKED_AT]
+        paths = self._columns[:, cells[order]].T.tolist()
+        ranked = zip(change[order].tolist(), map(tuple, paths), strict=True)
         movable = (entry for entry in ranked if self._may_move(entry[1], b, new))
         return list(itertools.islice(movable, CANDIDATES))
 
@@ -112,7 +116,7 @@ class Cells:
         return self._may_change(cell, -1) and self._may_change(_with(cell, b, new), 1)
 
     def _may_change(self, cell: tuple[int, ...], step: int) -> bool:
-        size = self._sizes.get(cell, 0)
+        size = self._sizes.get(_key(cell), 0)
         off = size - self._expected(cell)
         closer = abs(off + step) < FAIR - _TINY or abs(off + step) <= abs(off)
         return bool(closer) and size + step >= 0
@@ -122,10 +126,11 @@ class Cells:
     ) -> None:
         for cell, old, new in ((u, high, low), (v, low, high)):
             target = _with(cell, b, new)
-            self._sizes[cell] -= 1
-            if target not in self._sizes:
-                self.path = np.concatenate([self.path, [target]])
-            self._sizes[target] = self._sizes.get(target, 0) + 1
+            self._sizes[_key(cell)] -= 1
+            if _key(target) not in self._sizes:
+                added = np.array(target, _NUMBER)[:, None]
+                self._columns = np.concatenate([self._columns, added], axis=1)
+            self._sizes[_key(target)] = self._sizes.get(_key(target), 0) + 1
             for c, value in enumerate(cell):
                 if c != b:
                     off = self._table(b, c)
@@ -145,9 +150,10 @@ class Cells:
         """Return the deviations (values of a, values of b), a view either way round."""
         return self._off[a, b] if a < b else self._off[b, a].T
 
-    def _deviation(self, path: Ints, size: Ints, a: int, b: int) -> Floats:
-        counts = np.zeros((self._shares[a].size, self._shares[b].size))
-        np.add.at(counts, (path[:, a], path[:, b]), size)
+    def _deviation(self, size: Ints, a: int, b: int) -> Floats:
+        shape = self._shares[a].size, self._shares[b].size
+        pair = self._columns[a].astype(np.int64) * shape[1] + self._columns[b]
+        counts = np.bincount(pair, weights=size, minlength=shape[0] * shape[1]).reshape(shape)
         return counts - np.outer(self._shares[a], self._shares[b]) / self._total
 
 
@@ -169,3 +175,14 @@ def even_pairs(path: Ints, size: Ints, shares: Sequence[Ints]) -> tuple[Ints, In
 
 def _with(cell: tuple[int, ...], position: int, value: int) -> tuple[int, ...]:
     return (*cell[:position], value, *cell[position + 1 :])
+
+
+def _keys(path: Ints) -> list[bytes]:
+    """Return the keys of many cells (cells, attributes): see _key."""
+    data, width = path.astype(_NUMBER).tobytes(), path.shape[1] * _NUMBER.itemsize
+    return [data[start : start + width] for start in range(0, len(data), width)]
+
+
+def _key(cell: tuple[int, ...]) -> bytes:
+    """Return a cell as bytes that sort as it does: a third of a tuple's memory."""
+    return b"".join(value.to_bytes(_NUMBER.itemsize) for value in cell)

@@ -14,6 +14,7 @@ from functools import cached_property, lru_cache
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from hi5_common.domain.apportion import Ints, joint_cells
 from hi5_common.domain.evening import even_pairs
@@ -85,7 +86,7 @@ class Plan:
     spec: DatasetSpec
     levels: dict[Attribute, Level]
     crossed: tuple[Attribute, ...]
-    path: Ints
+    path: npt.NDArray[np.uint16]
     ends: Ints
     step: int
     offset: int
@@ -141,8 +142,11 @@ class Plan:
     def pair_counts(self, a: Attribute, b: Attribute) -> dict[tuple[str, str], int]:
         """Return the exact number of images of each pair of requested values."""
         level_a, level_b = self.levels[a], self.levels[b]
-        table = np.zeros((len(level_a.values), len(level_b.values)), np.int64)
-        np.add.at(table, (self._column(a), self._column(b)), self._sizes)
+        shape = len(level_a.values), len(level_b.values)
+        cells = self._column(a) * shape[1] + self._column(b)
+        # Sums of whole numbers below 2**53 are exact in floats.
+        sums = np.bincount(cells, weights=self._sizes, minlength=shape[0] * shape[1])
+        table = sums.reshape(shape)
         rows = {value: number for number, value in enumerate(level_a.values)}
         columns = {value: number for number, value in enumerate(level_b.values)}
         pairs = itertools.product(self.spec.values_of(a), self.spec.values_of(b))
@@ -158,7 +162,7 @@ class Plan:
         """Return the value number of every joint cell (joint cells,)."""
         if attribute not in self.crossed:
             return np.zeros(len(self.path), np.int64)
-        return self.path[:, self.crossed.index(attribute)]
+        return self.path[:, self.crossed.index(attribute)].astype(np.int64)
 
     @cached_property
     def _words(self) -> dict[Attribute, tuple[str, ...]]:
@@ -186,9 +190,10 @@ _ENUMERATIONS: dict[Attribute, type[StrEnum]] = {
 
 
 @lru_cache(maxsize=16)
-def _fair_cells(counts: tuple[tuple[int, ...], ...]) -> tuple[Ints, Ints]:
+def _fair_cells(counts: tuple[tuple[int, ...], ...]) -> tuple[npt.NDArray[np.uint16], Ints]:
     shares = [np.array(of_attribute, np.int64) for of_attribute in counts]
-    path, size = even_pairs(*joint_cells(shares), shares)
+    cells, size = even_pairs(*joint_cells(shares), shares)
+    path = cells.astype(np.uint16)  # no attribute has 65,536 values
     path.flags.writeable = size.flags.writeable = False
     return path, size
 
