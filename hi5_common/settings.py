@@ -41,6 +41,9 @@ class Settings(BaseSettings):
 
     data_dir: Path = Field(default_factory=lambda: _xdg("XDG_DATA_HOME", ".local/share") / "hi5")
     cache_dir: Path = Field(default_factory=lambda: _xdg("XDG_CACHE_HOME", ".cache") / "hi5")
+    assets_dir: Path | None = None
+    """Panoramas the user added or fetched; None is `assets` in the data folder."""
+    polyhaven_url: str = "https://api.polyhaven.com"
     scratch_dir: Path | None = None
     """Where attempts render to before they are packed; None is the system's temporary folder."""
 
@@ -109,6 +112,11 @@ class Settings(BaseSettings):
     def resolved_store_url(self) -> str:
         """The object store asked for, or a folder in the data folder."""
         return self.store_url or (self.data_dir / "store").absolute().as_uri()
+
+    @property
+    def resolved_assets_dir(self) -> Path:
+        """The folder of panoramas asked for, or one in the data folder."""
+        return self.assets_dir or self.data_dir / "assets"
 
     @property
     def health_dir(self) -> Path:

@@ -6,6 +6,10 @@ from collections.abc import Generator
 import pytest
 from hypothesis import settings
 
+from services.worker.places.bakery import Sketcher
+from services.worker.places.panoramas import Panoramas
+from services.worker.scene.environments import furnish
+
 settings.register_profile("hi5", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("hi5")
 
@@ -35,3 +39,13 @@ def _refuse_skip[Report: (pytest.TestReport, pytest.CollectReport)](report: Repo
         report.outcome = "failed"
         report.longrepr = f"skipped where no test may be skipped: {report.longrepr}"
     return report
+
+
+@pytest.fixture(autouse=True, scope="session")
+def sketched_places(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Tests in this process draw generated environments in milliseconds: Blender bakes for seconds.
+
+    A test that opens a studio with Cycles gets the real oven, and should name its environments.
+    """
+    folder = tmp_path_factory.mktemp("places")
+    furnish(Panoramas(folder / "cache", folder / "assets", Sketcher()))

@@ -61,7 +61,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         answer = _send_blenders_talk_to(asked.out / LOG_NAME)
         settings = Settings()
         renderer = RendererName(asked.renderer or settings.renderer)
-        studio = open_studio(renderer, settings.render_threads, settings.cache_dir)
+        studio = open_studio(
+            renderer, settings.render_threads, settings.cache_dir, settings.resolved_assets_dir
+        )
         tally = render_all(studio, spec, indices, asked.out)
     except Hi5Error as error:
         print(f"error: {error}", file=sys.stderr)  # noqa: T201  a command's own voice

@@ -44,6 +44,7 @@ class Job(BaseModel):
     threads: int = Field(ge=1)
     renderer: RendererName
     cache_dir: Path
+    assets_dir: Path | None = None
     fault: None = None
 
 
@@ -61,7 +62,7 @@ def main() -> None:
 
 def run(job: Job) -> None:
     """Render every image of a job. A failed image is reported and does not stop the others."""
-    studio = open_studio(job.renderer, job.threads, job.cache_dir)
+    studio = open_studio(job.renderer, job.threads, job.cache_dir, job.assets_dir)
     plan = Plan.of(job.spec)
     job.out_dir.mkdir(parents=True, exist_ok=True)
     send({"event": "ready", "pid": os.getpid(), "renderer": studio.renderer.versions})

@@ -2,14 +2,26 @@
 
 from pathlib import Path
 
-from hi5_common.settings import RendererName
+from hi5_common.settings import RendererName, Settings
+from services.worker.places.bakery import Oven, Sketcher
+from services.worker.places.panoramas import Panoramas
 from services.worker.render.port import Renderer
 from services.worker.sample import Studio
+from services.worker.scene.environments import furnish
 from services.worker.scene.library import HandLibrary
 
 
-def open_studio(renderer: RendererName, threads: int, cache_dir: Path) -> Studio:
-    """Return a studio; with Cycles this takes over the process's Blender, so open only one."""
+def open_studio(
+    renderer: RendererName, threads: int, cache_dir: Path, assets_dir: Path | None = None
+) -> Studio:
+    """Return a studio; with Cycles this takes over the process's Blender, so open only one.
+
+    assets_dir holds the user's own panoramas; None is the folder of the settings.
+    """
+    # The fake draws its places too: a test of the fleet must not wait for Blender to bake them.
+    baker = Oven(threads) if renderer is RendererName.CYCLES else Sketcher()
+    assets = assets_dir or Settings().resolved_assets_dir
+    furnish(Panoramas(cache_dir, assets, baker))
     return Studio(_open_renderer(renderer, threads, cache_dir), HandLibrary(cache_dir))
 
 

@@ -34,6 +34,7 @@ class RenderJob:
     threads: int
     renderer: str
     cache_dir: str
+    assets_dir: str | None = None
     fault: str | None = None
 
 

@@ -123,6 +123,7 @@ class ShardRunner:
                 threads=settings.render_threads,
                 renderer=settings.renderer.value,
                 cache_dir=str(settings.cache_dir),
+                assets_dir=str(settings.resolved_assets_dir),
             ),
             folder=folder,
             extension=_EXTENSIONS[spec.image.format],

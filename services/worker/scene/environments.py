@@ -1,33 +1,58 @@
-"""The panoramas that light the hand and fill the picture behind it."""
+"""The panoramas that light the hand and fill the picture behind it.
+
+Which files they are is the process's choice, made once by `furnish`: see `places.panoramas`.
+"""
 
 import hashlib
-import importlib.util
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from hi5_common.domain.errors import PermanentError
+from hi5_common.domain.environments import CATALOGUE
+from hi5_common.domain.light import LightLevel, light_level
+from hi5_common.settings import Settings
+from services.worker.places.bakery import Oven
+from services.worker.places.develop import LUMINANCE, mean_rgb
+from services.worker.places.errors import MissingAsset
+from services.worker.places.exr import read_panorama
+from services.worker.places.panoramas import Panoramas
+from services.worker.places.registry import find_own
+
+__all__ = ["LUMINANCE", "MissingAsset", "furnish"]
 
 Panorama = npt.NDArray[np.float32]
-_FOLDER = Path("datafiles") / "studiolights" / "world"
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+KEPT_PANORAMAS = 16
+"""Decoded panoramas kept in memory, 6 MB each at 1024 texels: neighbours in a shard share them."""
 
 
-class MissingAsset(PermanentError):
-    """A file that a scene needs is not there."""
+class _Furnishing:
+    """The panoramas this process was given; a process has one, as it has one Blender."""
+
+    given: Panoramas | None = None
+
+
+def furnish(panoramas: Panoramas) -> None:
+    """Choose where this process's panoramas come from. Forgets what was read before."""
+    _Furnishing.given = panoramas
+    for remembered in (panorama_path, panorama_sha256, load_panorama, mean_luminance):
+        remembered.cache_clear()
+
+
+def panoramas() -> Panoramas:
+    """Return what `furnish` chose, else the folders of the settings and a Blender to bake with."""
+    if _Furnishing.given is None:
+        settings = Settings()
+        oven = Oven(settings.render_threads)
+        _Furnishing.given = Panoramas(settings.cache_dir, settings.resolved_assets_dir, oven)
+    return _Furnishing.given
 
 
 @cache
 def panorama_path(environment: str) -> Path:
-    """Find an environment's EXR inside the bpy package, without importing bpy."""
-    spec = importlib.util.find_spec("bpy")
-    for root in map(Path, (spec.submodule_search_locations or []) if spec else []):
-        for path in sorted(root.glob(f"*/{_FOLDER}/{environment}.exr")):
-            return path
-    remedy = "Install the worker extra, which brings bpy and its panoramas."
-    raise MissingAsset(f"No panorama for environment {environment}. {remedy}")
+    """Return an environment's file, baked if need be. Raises MissingAsset, BakeFailed."""
+    return panoramas().path(environment)
 
 
 @cache
@@ -36,15 +61,10 @@ def panorama_sha256(environment: str) -> str:
     return hashlib.sha256(panorama_path(environment).read_bytes()).hexdigest()
 
 
-@cache
+@lru_cache(maxsize=KEPT_PANORAMAS)
 def load_panorama(environment: str) -> Panorama:
     """Read an environment as linear Rec. 709 radiance, (H, W, 3) float32, equirectangular."""
-    import OpenEXR  # slow, and planning does not need it
-
-    with OpenEXR.File(str(panorama_path(environment))) as file:
-        pixels = np.ascontiguousarray(file.channels()["RGB"].pixels, dtype=np.float32)
-    if not np.all(np.isfinite(pixels)):
-        raise MissingAsset(f"The panorama of {environment} has pixels that are not numbers.")
+    pixels = read_panorama(panorama_path(environment))
     pixels.flags.writeable = False
     return pixels
 
@@ -52,7 +72,19 @@ def load_panorama(environment: str) -> Panorama:
 @cache
 def mean_luminance(environment: str) -> float:
     """Return the mean luminance over the sphere, each row weighted by its solid angle."""
-    luminance = load_panorama(environment).astype(np.float64) @ LUMINANCE
-    rows = luminance.shape[0]
-    weight = np.sin((np.arange(rows) + 0.5) * np.pi / rows)
-    return float((luminance.mean(axis=1) * weight).sum() / weight.sum())
+    return float((mean_rgb(load_panorama(environment)) * LUMINANCE).sum())
+
+
+def light_of(environment: str) -> LightLevel:
+    """Return the word for how bright a place is: what its pictures are labelled with.
+
+    From the catalogue, or what was measured when a panorama was added: no panorama is read.
+    Raises MissingAsset for one that was never added.
+    """
+    entry = CATALOGUE.get(environment)
+    if entry is None:
+        found = find_own(panoramas().assets_dir, environment)
+        if found is None:
+            raise MissingAsset(f"environment: {environment!r} is not among the assets.")
+        entry = found.entry
+    return light_level(entry.luminance)

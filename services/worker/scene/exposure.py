@@ -40,7 +40,7 @@ def lamps_of(environment: str) -> Lamps:
 
     Longitude grows to the left from +x in the middle of the panorama; the top row is straight up.
     """
-    luminance = load_panorama(environment).astype(np.float64) @ LUMINANCE
+    luminance = _whole_blocks(load_panorama(environment)).astype(np.float64) @ LUMINANCE
     height, width = luminance.shape
     latitude = (0.5 - (np.arange(height) + 0.5) / height) * math.pi
     longitude = (0.5 - (np.arange(width) + 0.5) / width) * 2.0 * math.pi
@@ -100,6 +100,17 @@ def _facing(surface: Seen) -> tuple[Array, Array]:
     solid_sr = np.einsum("gk,gk->g", crosses, towards) / 2.0 / distance_m**3
     facing = solid_sr > 0
     return crosses[facing] / doubled_m2[facing, None], solid_sr[facing]
+
+
+def _whole_blocks(panorama: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Return the panorama at a size that blocks fit into: the means of areas of it."""
+    height, width = panorama.shape[:2]
+    if height % PATCH_PX == 0 and width % PATCH_PX == 0:
+        return panorama
+    import cv2
+
+    size = (max(width // PATCH_PX, 1) * PATCH_PX, max(height // PATCH_PX, 1) * PATCH_PX)
+    return np.asarray(cv2.resize(panorama, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
 
 
 def _block_sums(values: Array) -> Array:
