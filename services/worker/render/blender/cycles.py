@@ -15,7 +15,7 @@ from services.worker.render.blender.world import new_world
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
-from services.worker.scene.types import HandScene, SceneGeometry
+from services.worker.scene.types import HandScene, Light, SceneGeometry
 
 
 class CyclesRenderer:
@@ -53,13 +53,16 @@ class CyclesRenderer:
         self._ornaments.show(geometry.ornaments)
         level = level_for(scene.camera, geometry.keypoints_m)
         self._skin.paint(scene.skin, self._shelf.images(scene.cell.gender, level))
-        self._world.light(scene.light)
+        self._light(scene.light)
         camera.aim(self._scene, scene.camera, region)
         session.apply_settings(self._scene, settings, scene.render_seed)
         placed = time.perf_counter()
         rgba = film.shoot(self._scene, self._film)
         traced = time.perf_counter()
         return Frame(rgba, region, {"place": placed - started, "trace": traced - placed})
+
+    def _light(self, light: Light) -> None:
+        self._world.light(light)
 
     def _place(self, geometry: SceneGeometry) -> None:
         same = self._topology is not None and np.array_equal(self._topology, geometry.quads)
