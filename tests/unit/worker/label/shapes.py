@@ -3,6 +3,7 @@
 import numpy as np
 
 from services.worker.label.projection import F8
+from services.worker.ornaments.mesh import OrnamentMaterial, OrnamentMesh, OrnamentName
 from services.worker.scene.types import Camera, Intrinsics, SceneGeometry
 
 LENS = Intrinsics(100.0, 80.0, 31.5, 20.25, 64, 48)
@@ -36,3 +37,13 @@ def scene_of(boxes: list[F8], parts: list[int], keypoints_m: F8 | None = None) -
         part=np.repeat(np.array(parts, dtype=np.int32), 8),
         keypoints_m=np.zeros((21, 3)) if keypoints_m is None else keypoints_m,
     )
+
+
+def worn_box(name: OrnamentName, middle_m: tuple[float, float, float]) -> OrnamentMesh:
+    """Return a small box as an ornament."""
+    corners = box(middle_m, (0.008, 0.008, 0.008))
+    uvs = np.zeros((len(_QUADS), 4, 2), dtype=np.float32)
+    return OrnamentMesh(name, corners, _QUADS, uvs, smooth=False, material=_PAINT)
+
+
+_PAINT = OrnamentMaterial((0.5, 0.5, 0.5))

@@ -1,12 +1,18 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hi5_common.domain.vocabulary import KEYPOINTS, KeypointVisibility
 from services.worker.hand.parts import KEYPOINT_PARTS, PARTS, HandPart
+from services.worker.label.box import tight_box
+from services.worker.label.occluders import is_hand, occluder_of
 from services.worker.label.projected import project_mesh
 from services.worker.label.projection import F8, to_camera, to_pixels
+from services.worker.label.raster import rasterise
 from services.worker.label.visibility import OWN_FLESH_MM, Sight, sight_keypoints
-from tests.unit.worker.label.shapes import CAMERA, LENS, box, scene_of
+from services.worker.ornaments.mesh import OrnamentName
+from tests.unit.worker.label.shapes import CAMERA, LENS, box, scene_of, worn_box
 
 PIP = KEYPOINTS.index("forefinger2")
 POINT = (0.05, 0.01, 0.5)
@@ -64,3 +70,26 @@ def test_outside_the_view(point: tuple[float, float, float], expected: KeypointV
 
 def test_every_keypoint_has_a_thickness_and_parts() -> None:
     assert len(OWN_FLESH_MM) == len(KEYPOINT_PARTS) == len(KEYPOINTS)
+
+
+@pytest.mark.parametrize("name", OrnamentName)
+def test_what_is_worn_in_front_hides_a_joint_and_is_named(name: OrnamentName) -> None:
+    keypoints = np.tile(np.array(POINT), (len(KEYPOINTS), 1))
+    bare = scene_of([FINGER], [PARTS.index(HandPart.INDEX_MIDDLE)], keypoints)
+    geometry = replace(bare, ornaments=(worn_box(name, (0.04, 0.008, 0.4)),))
+    camera_m = to_camera(CAMERA, keypoints)
+    mesh = project_mesh(CAMERA, geometry)
+    occluder = occluder_of(geometry)
+    sight = sight_keypoints(mesh, occluder, camera_m, to_pixels(LENS, camera_m))[PIP]
+    assert (sight.visibility, sight.occluder) == (KeypointVisibility.SELF_OCCLUDED, name)
+
+
+def test_masks_count_what_is_worn_and_hand_masks_leave_it_out() -> None:
+    bare = scene_of([FINGER], [PARTS.index(HandPart.INDEX_MIDDLE)])
+    geometry = replace(bare, ornaments=(worn_box(OrnamentName.RING, (0.05, 0.04, 0.4)),))
+    seen = [rasterise(project_mesh(CAMERA, scene)) for scene in (bare, geometry)]
+    assert seen[1].covered.sum() > seen[0].covered.sum()
+    of_hand = is_hand(occluder_of(geometry))
+    assert of_hand.tolist() == [True] * 8 + [False] * 8
+    hand_box = tight_box(project_mesh(CAMERA, geometry), of_hand)
+    assert hand_box == tight_box(project_mesh(CAMERA, bare), np.ones(8, dtype=np.bool_))
