@@ -7,6 +7,7 @@ import typer
 
 from hi5_common.cli import failures
 from hi5_common.cli.commands import (
+    assets,
     audit,
     balance,
     demo,
@@ -49,6 +50,7 @@ app.command("retry")(steer.retry)
 app.command("delete")(steer.delete)
 app.command("download")(download.download)
 app.add_typer(export.app, name="export")
+app.add_typer(assets.app, name="assets")
 app.command("audit")(audit.audit)
 app.command("migrate")(migrate.migrate)
 app.command("doctor")(doctor.doctor)
