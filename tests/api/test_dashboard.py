@@ -5,6 +5,7 @@ from uuid import UUID
 
 import pytest
 
+from hi5_common.domain.vocabulary import VALUES, Attribute
 from tests.api.world import World
 
 
@@ -107,3 +108,28 @@ def test_any_two_attributes_can_be_crossed_in_any_order(world: World, query: str
 def test_an_attribute_is_not_crossed_with_itself(world: World) -> None:
     html = page(world, world.submit(), "?a=pose&b=pose")
     assert "Choose two different attributes" in html
+
+
+def test_attributes_with_one_value_are_one_line_and_the_others_are_charts(world: World) -> None:
+    asked = {"age": ["18..30", "60..90"], "ring": ["none", "gem"], "sleeve": ["knit"]}
+    dataset_id = world.submit(count=12, attributes=asked)
+    world.deliver()
+    html = page(world, dataset_id, "?a=age&b=ring")
+    headings = re.findall(r"<h3>([^<]+)</h3>", html)
+    assert headings[-2:] == ["age", "ring"]
+    assert len(headings) == 8
+    assert "sleeve knit" in html
+    assert 'aria-label="age against ring"' in html
+    assert '<option value="sleeve"' not in html
+    assert "ring gem" in html  # under a picture
+
+
+def test_a_pair_that_is_not_crossed_is_said_so(world: World) -> None:
+    html = page(world, world.submit(), "?a=age&b=gender")
+    assert "this dataset balances" in html
+
+
+def test_one_hundred_and_eleven_environments_have_a_bar_each(world: World) -> None:
+    html = page(world, world.submit(count=12), "?a=environment&b=pose")
+    assert html.count('<th scope="row">') == len(VALUES[Attribute.ENVIRONMENT])
+    assert "sunrise" in html

@@ -164,3 +164,25 @@ def test_a_path_names_every_method_it_takes(shared_world: World) -> None:
     assert answer.status_code == 405
     assert answer.headers["allow"] == "GET, HEAD, POST"
     assert "GET, HEAD, POST" in answer.json()["detail"]
+
+
+def test_the_vocabulary_says_what_values_mean_and_what_is_left_out_means(
+    shared_world: World,
+) -> None:
+    found = shared_world.client.get("/v1/vocabulary").json()
+    assert found["defaults"]["ring"] == ["none"]
+    assert found["defaults"]["environment"] == found["attributes"]["environment"]
+    assert list(found["environments"]) == found["attributes"]["environment"]
+    assert found["environments"]["night"]["light_level"] == "low"
+    assert found["environments"]["night"]["licence"] == "CC0-1.0"
+    assert found["shapes"]["age"] == {"low": 18, "high": 90, "average": 35, "unit": "years"}
+    assert found["ita_range_deg"] == [-90, 70]
+    assert list(found["affect"]) == found["attributes"]["pose"]
+
+
+def test_a_spec_with_numbers_is_planned_by_their_spelling(shared_world: World) -> None:
+    spec = {"count": 6, "attributes": {"skin_tone": [41.0, "dark"], "age": {"30": 2, "40..50": 4}}}
+    plan = shared_world.client.post("/v1/plans", json=spec).json()
+    assert plan["values"]["skin_tone"] == {"41": 3, "dark": 3}
+    assert plan["values"]["age"] == {"30": 2, "40..50": 4}
+    assert {cell["age"] for cell in plan["first_cells"]} == {"30", "40..50"}

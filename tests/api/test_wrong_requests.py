@@ -75,10 +75,12 @@ WRONG = (
         "ask for 10 or leave it out",
         body={"count": 1_000_000, "images_per_shard": 1},
     ),
-    attributes("unknown attribute", "age", ["old"], "Known fields: gender", age=["old"]),
+    attributes("unknown attribute", "mood", ["sad"], "Known fields: gender", mood=["sad"]),
     attributes("unknown value", "pose", "fists", "Did you mean fist?", pose=["fists"]),
+    attributes("band backwards", "age", "30..18", "Did you mean 18..30?", age=["30..18"]),
+    attributes("angle too dark", "skin_tone", "-91", "from -90 to 70", skin_tone=[-91]),
     attributes("value twice", "gender", "male", "once", gender=["male", "male"]),
-    attributes("empty list", "skin_tone", "[]", "at least one of very_light", skin_tone=[]),
+    attributes("empty list", "skin_tone", "[]", "at least one value", skin_tone=[]),
     attributes(
         "counts do not add up", "gender", "{'male': 5}", "ask for 7 more here", gender={"male": 5}
     ),
@@ -155,7 +157,7 @@ WRONG = (
     get("limit a word", "limit", "many", "valid integer", "/v1/datasets?limit=many"),
     get("unknown parameter", "page", "2", "Leave it out", "/v1/datasets?page=2"),
     get("cursor is no id", "after", "x", "valid UUID", "/v1/datasets?after=x"),
-    get("unknown attribute to cross", "a", "age", "'gender'", f"/datasets/{ABSENT}?a=age"),
+    get("unknown attribute to cross", "a", "mood", "'gender'", f"/datasets/{ABSENT}?a=mood"),
     get("foreign host", "Host", "evil.example", "HI5_API_ALLOWED_HOSTS", "/healthz", 400),
     Wrong(
         "another site's page",

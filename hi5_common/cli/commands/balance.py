@@ -32,11 +32,17 @@ def balance(
 
 
 def print_balance(found: Balance, most_values: int | None = None) -> None:
-    """Print a line a value; an attribute of more than `most_values` values gets one line."""
+    """Print a line a value; an attribute of more than `most_values` values gets one line.
+
+    Attributes that the dataset does not choose between are left out.
+    """
     table = Table("attribute", "value", box=None)
     for name in ("requested", "planned", "delivered"):
         table.add_column(name, justify="right")
+    crossed = {attribute for pair in found.pairs for attribute in pair.attributes}
     for single in found.attributes:
+        if single.attributes[0] not in crossed:
+            continue  # one value: every image has it
         short = most_values is not None and len(single.cells) > most_values
         lines = [_span_line(single.cells)] if short else [_line(cell) for cell in single.cells]
         for number, line in enumerate(lines):

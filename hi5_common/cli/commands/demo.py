@@ -19,7 +19,7 @@ from hi5_common.cli.stopwatch import Stopwatch
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.spec import DatasetSpec, load_spec
-from hi5_common.domain.vocabulary import VALUES, Attribute
+from hi5_common.domain.vocabulary import Attribute, skin_tone_ita_deg
 from hi5_common.export.contact_sheet import write_contact_sheet
 from hi5_common.export.label_table import read_label_table
 from hi5_common.settings import RendererName
@@ -89,7 +89,7 @@ def by_gender_and_tone(labels: Iterable[ImageLabel]) -> list[ImageLabel]:
     for label in labels:
         gender, tone = (label.attributes[name] for name in (Attribute.GENDER, Attribute.SKIN_TONE))
         seen[gender, tone] += 1
-        place = VALUES[Attribute.SKIN_TONE].index(tone)
+        place = -skin_tone_ita_deg(tone)
         keyed.append((gender, seen[gender, tone], place, label.index, label))
     return [entry[-1] for entry in sorted(keyed, key=lambda entry: entry[:-1])]
 

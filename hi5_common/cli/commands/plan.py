@@ -56,7 +56,7 @@ def _write_cells(planned: Plan) -> None:
 
 def _print_summary(planned: Plan) -> None:
     table = Table("attribute", "values", "images of each", box=None, pad_edge=False)
-    for attribute in Attribute:
+    for attribute in planned.crossed:
         counts = planned.value_counts(attribute)
         table.add_row(attribute.value, str(len(counts)), _shares(counts))
     smallest, largest = planned.joint_extremes()
@@ -67,11 +67,18 @@ def _print_summary(planned: Plan) -> None:
     )
     console.out.print(table)
     console.out.print(f"Each joint cell gets {_span(smallest, largest)} images.")
+    fixed = [
+        f"{attribute.value} {level.values[0]}"
+        for attribute, level in planned.levels.items()
+        if attribute not in planned.crossed
+    ]
+    if fixed:
+        console.out.print(f"Every image: {', '.join(fixed)}.")
 
 
 def _shares(counts: dict[str, int]) -> str:
     if len(counts) <= 8:
-        return ", ".join(f"{value} {number:,}" for value, number in counts.items())
+        return ", ".join(f"{value}: {number:,}" for value, number in counts.items())
     return f"{_span(min(counts.values()), max(counts.values()))} each"
 
 

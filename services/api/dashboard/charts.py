@@ -73,9 +73,24 @@ def bar_chart(table: BalanceTable) -> BarChart:
     )
 
 
-def heat_table(balance: Balance, a: Attribute, b: Attribute) -> HeatTable:
-    """Lay out one pair of attributes (in any order; two different ones)."""
-    table = next(table for table in balance.pairs if set(table.attributes) == {a, b})
+def crossed(balance: Balance) -> list[Attribute]:
+    """Return the attributes that a dataset chooses between, in planning order."""
+    among = {attribute for table in balance.pairs for attribute in table.attributes}
+    return [attribute for attribute in Attribute if attribute in among]
+
+
+def fixed(balance: Balance) -> dict[Attribute, str]:
+    """Return the one value of every attribute that a dataset does not choose between."""
+    among = crossed(balance)
+    tables = [table for table in balance.attributes if table.attributes[0] not in among]
+    return {table.attributes[0]: table.cells[0].values[0] for table in tables}
+
+
+def heat_table(balance: Balance, a: Attribute, b: Attribute) -> HeatTable | None:
+    """Lay out one pair of attributes (in any order); None if they are not crossed."""
+    table = next((table for table in balance.pairs if set(table.attributes) == {a, b}), None)
+    if table is None:
+        return None
     first, second = table.attributes
     cells = {cell.values: cell for cell in table.cells}
     xs = tuple(dict.fromkeys(values[0] for values in cells))

@@ -7,9 +7,9 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic import Field
 
 from hi5_common.domain.spec import MAX_COUNT
-from hi5_common.domain.vocabulary import SKELETON, Attribute
+from hi5_common.domain.vocabulary import ALWAYS_BALANCED, SKELETON, Attribute
 from services.api.balance.service import balance
-from services.api.dashboard.charts import bar_chart, heat_table
+from services.api.dashboard.charts import bar_chart, crossed, fixed, heat_table
 from services.api.dashboard.gallery import gallery
 from services.api.dashboard.pages import page
 from services.api.dashboard.shards import shard_board
@@ -47,17 +47,19 @@ def show_dataset(
     """Show one dataset: progress, shards, balance, pairs, pictures."""
     dataset = service.get(parts, dataset_id)
     found = balance(parts, dataset_id)
-    crossed = heat_table(found, query.a, query.b) if query.a is not query.b else None
+    among = crossed(found)
     return page(
         request,
         "dataset.html",
         dataset=DatasetView.of(dataset),
         board=shard_board(parts, dataset_id),
         balance=found,
-        charts=[bar_chart(table) for table in found.attributes],
-        heat=crossed,
+        charts=[bar_chart(table) for table in found.attributes if table.attributes[0] in among],
+        fixed=fixed(found),
+        heat=heat_table(found, query.a, query.b),
         gallery=gallery(parts, dataset_id, parts.plans.of(dataset.spec), query.from_),
         query=query,
-        attributes=list(Attribute),
+        attributes=among,
+        more=[attribute for attribute in among if attribute not in ALWAYS_BALANCED],
         skeleton=SKELETON,
     )
