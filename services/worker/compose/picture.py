@@ -4,6 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from services.worker.compose.background import render_background
+from services.worker.compose.camera_look import out_of_focus, photographed
 from services.worker.render.port import Frame
 from services.worker.scene.types import HandScene
 
@@ -12,15 +13,20 @@ U1 = npt.NDArray[np.uint8]
 
 
 def compose_picture(scene: HandScene, frame: Frame | None, panorama: F4) -> U1:
-    """Return the (H, W, 3) sRGB picture: the hand's frame, if there is one, over the panorama."""
+    """Return the (H, W, 3) sRGB picture: the hand's frame, if there is one, over the panorama.
+
+    The scene's camera takes both together: see camera_look.py.
+    """
     lens = scene.camera.intrinsics
     wanted = np.ones((lens.height_px, lens.width_px), dtype=np.bool_)
     if frame is not None:
         wanted[frame.region.slices] = frame.rgba[..., 3] < 1.0
     light = render_background(scene.camera, panorama, scene.light.rotation_z_deg, wanted)
+    light = out_of_focus(light, wanted, scene.look, lens.fx_px, scene.view.distance_m)
     if frame is not None:
         light[frame.region.slices] = over(frame.rgba, light[frame.region.slices])
-    return to_srgb8(light * np.float32(2.0**scene.light.exposure_ev))
+    exposed = light * np.float32(2.0**scene.light.exposure_ev)
+    return to_srgb8(photographed(exposed, scene.look))
 
 
 def over(rgba: F4, behind: F4) -> F4:

@@ -43,6 +43,7 @@ def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
         "light": asdict(scene.light),
         "skin": asdict(scene.skin),
         "worn": asdict(scene.worn),
+        "camera_look": asdict(scene.look),
         "render_seed": scene.render_seed,
         "renderer": making.renderer,
         "renderer_versions": making.renderer_versions,

@@ -14,6 +14,7 @@ from hi5_common.domain.vocabulary import skin_tone_ita_deg
 from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
 from services.worker.hand.skin import posed_hand
 from services.worker.ornaments.draw import FactorRng, draw_nail_polish, draw_ornaments
+from services.worker.scene.camera_look import draw_camera_look
 from services.worker.scene.exposure import Seen, metered_light
 from services.worker.scene.geometry import ornaments_on, transformed
 from services.worker.scene.library import HandLibrary
@@ -66,6 +67,7 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     else:
         raise NoViewFound(f"Image {index}: none of {MAX_VIEW_ATTEMPTS} views shows the hand.")
     seen = Seen(camera, transformed(placed, posed.vertices_m), hand.model.hand_quads())
+    light = _draw_light(cell.environment, seen, factor_rng(spec.seed, index, "light"))
     return HandScene(
         index=index,
         cell=cell,
@@ -76,11 +78,12 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
         view=view,
         hand_to_world=placed,
         camera=camera,
-        light=_draw_light(cell.environment, seen, factor_rng(spec.seed, index, "light")),
+        light=light,
         skin=_draw_skin(cell, shape.age_years, partial(factor_rng, spec.seed, index)),
         view_attempt=attempt,
         render_seed=render_seed(spec.seed, index),
         worn=worn,
+        look=draw_camera_look(factor_rng(spec.seed, index, "camera_look"), light.exposure_ev),
     )
 
 

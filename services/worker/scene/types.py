@@ -15,6 +15,7 @@ from services.worker.hand.angles import JointAngles
 from services.worker.hand.shape import HandShape
 from services.worker.ornaments.mesh import OrnamentMesh
 from services.worker.ornaments.worn import BARE, Worn
+from services.worker.scene.camera_look import PLAIN_LOOK, CameraLook
 
 Array = npt.NDArray[np.float64]
 Rgb = tuple[float, float, float]
@@ -181,6 +182,7 @@ class HandScene:
     view_attempt: int
     render_seed: int
     worn: Worn = BARE
+    look: CameraLook = PLAIN_LOOK
 
 
 @dataclass(frozen=True, eq=False)
