@@ -1,0 +1,53 @@
+from dataclasses import replace
+
+import numpy as np
+
+from hi5_common.domain.vocabulary import Pose
+from services.worker.hand.contact.folds import folded
+from services.worker.hand.contact.measure import self_penetration
+from services.worker.hand.model import F8, HandModel
+from services.worker.hand.pose import posed_bones
+from services.worker.hand.skin import posed_hand, skinned, unpressed
+from services.worker.hand.soft_contact import pressed
+from services.worker.hand.subdivide import subdivision
+from services.worker.hand.surface import triangles, volume_m3
+from services.worker.scene.poses import pose_library
+
+
+def raw_skin(hand: HandModel, pose: Pose) -> F8:
+    bones = posed_bones(hand, pose_library()[pose])
+    return skinned(hand.vertices_m, hand.rotation_centres_m, hand.weights, bones)
+
+
+def deepest_mm(hand: HandModel, control_m: F8) -> float:
+    fine = subdivision(hand, 1)
+    return 1000.0 * self_penetration(fine.apply(control_m), fine.quads).deepest_m
+
+
+def test_folds_of_bent_fingers_do_not_pass_through_each_other(hand: HandModel) -> None:
+    bones = posed_bones(hand, pose_library()[Pose.CLAWS])
+    raw = raw_skin(hand, Pose.CLAWS)
+    assert deepest_mm(hand, raw) > 1.0
+    assert deepest_mm(hand, folded(hand, raw, bones)) < 0.5
+
+
+def test_a_hand_that_touches_nothing_is_not_pressed(hand: HandModel) -> None:
+    raw = raw_skin(hand, Pose.FIVE)
+    np.testing.assert_array_equal(pressed(hand, raw), raw)
+
+
+def test_overlapping_fingertips_are_pressed_flat(hand: HandModel) -> None:
+    pinch = pose_library()[Pose.INDEX_TIP]
+    firm = replace(pinch, thumb_ip_flex=pinch.thumb_ip_flex + 8.0)
+    raw = unpressed(hand, firm, posed_bones(hand, firm))
+    assert deepest_mm(hand, raw) > 0.8
+    soft, faces = pressed(hand, raw), triangles(hand.quads)
+    assert deepest_mm(hand, soft) < 0.5
+    assert np.linalg.norm(soft - raw, axis=1).max() < 0.003
+    assert abs(volume_m3(soft, faces) / volume_m3(raw, faces) - 1.0) < 0.01
+
+
+def test_keypoints_do_not_move_with_the_pressed_skin(hand: HandModel) -> None:
+    posed = posed_hand(hand, pose_library()[Pose.FIST])
+    assert np.isfinite(posed.vertices_m).all()
+    assert posed.keypoints_m.shape == (21, 3)
