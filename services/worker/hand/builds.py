@@ -18,6 +18,7 @@ from services.worker.hand.shape import (
     HandShape,
 )
 
+LEAN_BY_AGE = 0.8
 BUILD_STRENGTH = 0.6
 """How much of the way to MakeHuman's least and most muscle and fat a shape can go."""
 
@@ -48,6 +49,12 @@ class HandFamily:
     """(P,3) shift when the fingers grow by their own length."""
     finger_thickness_m: F8
     """(P,3) shift when the fingers' girth doubles."""
+    lean_m: F8
+    """(P,3) shift of a hand without fat."""
+    fat_m: F8
+    """(P,3) shift of a heavy hand, beside that of its build."""
+    correctives_m: F8
+    """(C,V,3) shifts of the average hand's skin that come with bending, see flesh.CORRECTIVES."""
     content_hash: str
     """SHA-256 over the arrays and the compiler's version."""
 
@@ -67,6 +74,8 @@ class HandFamily:
         points_m = np.einsum("c,cpk->pk", shares[used], self.builds_m[used])
         points_m += shape.finger_length * FINGER_LENGTH_SPREAD * self.finger_length_m
         points_m += shape.finger_thickness * FINGER_THICKNESS_SPREAD * self.finger_thickness_m
+        points_m += leanness(shape) * self.lean_m
+        points_m += max(0.0, 2.0 * shape.weight - 1.0) * self.fat_m
         points_m *= 1.0 + shape.scale * SCALE_SPREAD
         return self._model(points_m, shape)
 
@@ -96,6 +105,7 @@ class HandFamily:
             keypoints_m=keypoints_m,
             keypoint_weights=self.keypoint_weights,
             part=self.part,
+            correctives_m=self.correctives_m * (1.0 + shape.scale * SCALE_SPREAD),
             content_hash=shaped_hash(self.content_hash, shape, Handedness.RIGHT),
         )
 
@@ -112,6 +122,15 @@ def build_shares(shape: HandShape) -> F8:
     )
     shares: F8 = np.einsum("a,m,w->amw", age, muscle, weight).reshape(-1)
     return shares
+
+
+def leanness(shape: HandShape) -> float:
+    """How much of the fat under the skin of the hand's back is gone, 0..1: thin people, old people.
+
+    Fat on the back of the hand goes with age whatever the weight.
+    """
+    thin = max(0.0, 1.0 - 2.0 * shape.weight)
+    return min(1.0, 0.75 * thin + LEAN_BY_AGE * shape.oldness)
 
 
 def _low_mid_high(amount: float) -> F8:

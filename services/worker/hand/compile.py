@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from hi5_common.domain.vocabulary import Gender
 from services.worker.hand import asset, bones, cut, growth, maps, profile, rest
+from services.worker.hand import flesh as flesh_pads
 from services.worker.hand.asset import F8, I4
 from services.worker.hand.builds import HandFamily
 from services.worker.hand.centres import CentreMap
@@ -146,7 +147,28 @@ def _calibrated(gender: Gender, source: Source, builds: list[Build]) -> list[Bui
     for _ in range(PROFILE_PASSES):
         shift = _profile_shift(gender, source, builds[at])
         builds = [build.shifted(shift, 1.0) for build in builds]
-    return builds
+    keypoints_m = _Flesh(source, builds[at]).keypoints_m
+    pads = _pads(source, builds[at], flesh_pads.resting_pads(keypoints_m, _size(gender)))
+    average = builds[at]
+    nail_m = profile.nail_shift_m(
+        average.vertices_m, source.cut.quads, source.nails, average.tails_m, average.heads_m
+    )
+    nails = _skin_only(average, nail_m)
+    return [build.shifted(pads, 1.0).shifted(nails, _size(gender)) for build in builds]
+
+
+def _size(gender: Gender) -> float:
+    """Breadth of the mean hand against a man's."""
+    return MEAN_BREADTH_M[gender] / profile.REFERENCE_BREADTH_M
+
+
+def _skin_only(build: Build, shift_m: F8) -> growth.Field:
+    return growth.Field(shift_m, np.zeros_like(build.heads_m), np.zeros_like(build.tails_m))
+
+
+def _pads(source: Source, build: Build, pads: list[flesh_pads.Pad]) -> growth.Field:
+    normals = vertex_normals(build.vertices_m, source.cut.quads)
+    return _skin_only(build, flesh_pads.pads_shift_m(build.vertices_m, normals, pads))
 
 
 class _Flesh:
@@ -174,12 +196,12 @@ def _forearm_shift(build: Build) -> growth.Field:
     """The shift when the girth of wrist and forearm doubles."""
     row = bones.BONE_INDEX["forearm"]
     shift_m = growth.forearm_girth_shift_m(build.vertices_m, build.heads_m[row], build.tails_m[row])
-    return growth.Field(shift_m, np.zeros_like(build.heads_m), np.zeros_like(build.tails_m))
+    return _skin_only(build, shift_m)
 
 
 def _profile_shift(gender: Gender, source: Source, build: Build) -> growth.Field:
     flesh = _Flesh(source, build)
-    size = MEAN_BREADTH_M[gender] / profile.REFERENCE_BREADTH_M
+    size = _size(gender)
     shift_m = np.zeros_like(build.vertices_m)
     lines = digit_lines_m(flesh.keypoints_m)
     for hinge, (digit, line_m) in zip(flesh.hinges, lines.items(), strict=True):
@@ -187,7 +209,7 @@ def _profile_shift(gender: Gender, source: Source, build: Build) -> growth.Field
         breadths_m = profile.breadths_m(points_m, hinge, flesh.smooth_m, flesh.faces)
         ratios = size * np.array(profile.BREADTHS_MM[digit]) / (1000.0 * breadths_m)
         shift_m += profile.profile_shift_m(build.vertices_m, source.weights, digit, line_m, ratios)
-    return growth.Field(shift_m, np.zeros_like(build.heads_m), np.zeros_like(build.tails_m))
+    return _skin_only(build, shift_m)
 
 
 def _family(gender: Gender, source: Source, builds: list[Build]) -> HandFamily:
@@ -211,8 +233,11 @@ def _family(gender: Gender, source: Source, builds: list[Build]) -> HandFamily:
         part=part,
         keypoint_weights=keypoint_weights(),
         builds_m=np.stack([points.of(build) for build in builds]),
-        finger_length_m=points.of(Build(length.vertices_m, length.heads_m, length.tails_m)),
+        finger_length_m=points.of(_as_build(length)),
         finger_thickness_m=points.of(_thickness(source, average, flesh.keypoints_m)),
+        lean_m=points.of(_lean(source, average, flesh.keypoints_m, _size(gender))),
+        fat_m=points.of(_fat(source, average, flesh.keypoints_m, _size(gender))),
+        correctives_m=_correctives_m(source, average, flesh.keypoints_m, _size(gender)),
     )
 
 
@@ -222,7 +247,30 @@ def _thickness(source: Source, average: Build, keypoints_m: F8) -> Build:
     for digit, line_m in digit_lines_m(keypoints_m).items():
         flesh = growth.finger_flesh(average.vertices_m, source.weights, digit, line_m)
         shift_m += flesh.share[:, None] * flesh.radial_m
-    return Build(shift_m, np.zeros_like(average.heads_m), np.zeros_like(average.tails_m))
+    return _as_build(_skin_only(average, shift_m))
+
+
+def _as_build(field: growth.Field) -> Build:
+    return Build(field.vertices_m, field.heads_m, field.tails_m)
+
+
+def _lean(source: Source, average: Build, keypoints_m: F8, size: float) -> Build:
+    return _as_build(_pads(source, average, flesh_pads.lean_pads(keypoints_m, size)))
+
+
+def _fat(source: Source, average: Build, keypoints_m: F8, size: float) -> Build:
+    pads = _pads(source, average, flesh_pads.fat_pads(keypoints_m, size))
+    fingers_m = flesh_pads.fat_fingers_shift_m(
+        average.vertices_m, source.weights, digit_lines_m(keypoints_m)
+    )
+    return _as_build(_skin_only(average, pads.vertices_m + fingers_m))
+
+
+def _correctives_m(source: Source, average: Build, keypoints_m: F8, size: float) -> F8:
+    """(C,V,3) in the order of flesh.CORRECTIVES."""
+    shapes = [flesh_pads.knuckle_pad(keypoints_m, finger, size) for finger in bones.FINGERS]
+    shapes.append(flesh_pads.opposed_pads(keypoints_m, size))
+    return np.stack([_pads(source, average, pads).vertices_m for pads in shapes])
 
 
 def _palm(average: Build, source: Source, hinges: F8) -> F8:

@@ -27,7 +27,7 @@ WEB_PARTS = [
     PARTS.index(part)
     for part in (HandPart.PALM, HandPart.THUMB_METACARPAL, HandPart.THUMB_PROXIMAL)
 ]
-WEB_SMOOTHINGS = 4
+WEB_SMOOTHINGS = 8
 
 
 def smoothstep(low: float, high: float, value: F8) -> F8:
@@ -64,6 +64,7 @@ def web_smoothed(weights: F8, quads: I4) -> F8:
     edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
     valence = np.bincount(edges[:, 0], minlength=len(weights))[:, None]
     web = _about_thumb(weights, edges) & np.isin(vertex_parts(weights), WEB_PARTS)
+    web &= weights[:, BONE_INDEX["thumb_distal"]] < 0.01  # its joint keeps the asset's weights
     smooth = weights.copy()
     for _ in range(WEB_SMOOTHINGS):
         neighbours = np.zeros_like(smooth)

@@ -56,6 +56,8 @@ class HandModel:
     """(21,B) rows sum to 1."""
     part: I4
     """(V,) index into parts.PARTS."""
+    correctives_m: F8
+    """(C,V,3) what bending adds to the skin at rest, in the order of flesh.CORRECTIVES."""
     content_hash: str
     """Hexadecimal SHA-256 of what the hand was made from: family, shape, side."""
 
@@ -77,6 +79,7 @@ class HandModel:
             bone_heads_m=self.bone_heads_m * flip,
             bone_tails_m=self.bone_tails_m * flip,
             keypoints_m=self.keypoints_m * flip,
+            correctives_m=self.correctives_m * flip,
             content_hash=_other_side(self.content_hash),
         )
 
@@ -86,5 +89,5 @@ def _other_side(content_hash: str) -> str:
     return "".join(f"{15 - int(digit, 16):x}" for digit in content_hash)
 
 
-COMPILER_VERSION = "6"
+COMPILER_VERSION = "7"
 """Raised with every change that alters a compiled hand."""

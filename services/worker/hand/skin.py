@@ -5,9 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from services.worker.hand.angles import JointAngles
+from services.worker.hand.contact.folds import folded
+from services.worker.hand.corrective import corrected_m
 from services.worker.hand.model import F8, HandModel
 from services.worker.hand.pose import posed_bones
 from services.worker.hand.rotation import matrices, quaternions, unit
+from services.worker.hand.soft_contact import pressed
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,10 +29,16 @@ def posed_hand(model: HandModel, angles: JointAngles) -> PosedHand:
     """The model in this pose: skin and keypoints in the elbow frame."""
     bones = posed_bones(model, angles)
     return PosedHand(
-        skinned(model.vertices_m, model.rotation_centres_m, model.weights, bones),
+        pressed(model, unpressed(model, angles, bones)),
         blended(model.keypoints_m, model.keypoint_weights, bones),
         bones,
     )
+
+
+def unpressed(model: HandModel, angles: JointAngles, bones: F8) -> F8:
+    """The skin (V,3) as the bones carry it, folds parted; touching parts may still overlap."""
+    skin = skinned(corrected_m(model, angles), model.rotation_centres_m, model.weights, bones)
+    return folded(model, skin, bones)
 
 
 def blended(points_m: F8, weights: F8, bones: F8) -> F8:
