@@ -32,7 +32,7 @@ MARGIN = 1.12
 """The picture is this much larger than what is looked at."""
 SIDE_DEG = 30.0
 """Light from the camera models no form."""
-WHITE_LEVEL = 0.6
+WHITE_LEVEL = 0.72
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ DEFAULT_ATTRIBUTES: Mapping[Attribute, str] = {
     Attribute.GENDER: Gender.FEMALE,
     Attribute.SKIN_TONE: "intermediate",
     Attribute.POSE: Pose.NEUTRAL_RELAXED,
-    Attribute.ENVIRONMENT: "studio",
+    Attribute.ENVIRONMENT: "studio_grey",
     Attribute.HANDEDNESS: "right",
     Attribute.VIEWPOINT: Viewpoint.THIRD_PERSON,
     Attribute.AGE: "35",
@@ -129,7 +129,8 @@ def _photographed(scene: HandScene, aim: Aim, hands: HandLibrary) -> HandScene:
     rotation_z_deg = _turned_to(environment, seen)
     level_ev = math.log2(WHITE_LEVEL / metered_light(environment, rotation_z_deg, seen))
     light = Light(environment, rotation_z_deg, round(level_ev, 4))
-    return replace(scene, camera=camera, light=light)
+    view = replace(scene.view, distance_m=CAMERA_DISTANCE_M)
+    return replace(scene, camera=camera, view=view, light=light)
 
 
 def _turned_to(environment: str, seen: Seen) -> float:

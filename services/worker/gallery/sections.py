@@ -94,9 +94,9 @@ _WORN_POSES = (Pose.NEUTRAL_RELAXED, Pose.FIST, Pose.FIVE)
 
 def _ornaments() -> Section:
     sittings = [
-        _dressed(name, values, tone, number, pose)
+        _dressed(name, values, SkinTone(tone), number, pose)
         for number, pose in enumerate(_WORN_POSES)
-        for (name, values), tone in zip(_WORN, (*SkinTone, *SkinTone), strict=False)
+        for (name, values), tone in zip(_WORN, _mixed(number), strict=True)
     ]
     sittings += [
         _dressed(name, values, SkinTone.TAN, number + 4, Pose.NEUTRAL_RELAXED)
@@ -107,16 +107,29 @@ def _ornaments() -> Section:
     return Section("ornaments", heading, 8, tuple(sittings))
 
 
+def _mixed(start: int) -> list[SkinTone]:
+    tones = tuple(SkinTone)
+    return [tones[(5 * number + 2 * start) % len(tones)] for number in range(len(_WORN))]
+
+
 def _dressed(
     name: str, values: dict[Attribute, str], tone: SkinTone, number: int, pose: Pose
 ) -> Sitting:
     gender = tuple(Gender)[number % 2]
-    aim = Aim(20.0, margin=1.3) if number % 2 == 0 else Aim(-25.0, margin=1.3)
+    arm_m = 0.17 if A.SLEEVE in values else 0.075 if A.WRIST_WEAR in values else 0.0
+    turn_deg = (20.0, -25.0, 40.0)[number % 3]
+    aim = Aim(turn_deg, arm_m=arm_m)
+    if not arm_m:
+        aim = Aim(turn_deg, 15.0, (5, 9, 13, 17, 8, 12, 16, 20), 0.016)
     asked = {A.GENDER: gender, A.SKIN_TONE: tone, A.POSE: pose, **values}
     return Sitting(f"{name}, {gender.value}", asked, aim, seed=11 + number, side_px=240)
 
 
-PLACES = (*("city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset"),)
+PLACES = (
+    *("city", "sunset", "night", "meadow_noon", "beach_afternoon", "snow_sun"),
+    *("street_morning", "living_day", "kitchen_evening", "office_night", "classroom_day"),
+    "studio_umbrella_teal",
+)
 
 
 def _environments() -> Section:
