@@ -14,6 +14,7 @@ from hi5_common.cli.commands import (
     doctor,
     download,
     export,
+    gallery,
     listing,
     manifest,
     migrate,
@@ -39,6 +40,7 @@ app.command("plan")(plan.plan)
 app.command("schema")(vocabulary.schema)
 app.command("vocabulary")(vocabulary.vocabulary)
 app.command("render")(render.render)
+app.command("gallery")(gallery.gallery)
 app.command("up")(up.up)
 app.command("submit")(submit.submit)
 app.command("watch")(watch.watch)
