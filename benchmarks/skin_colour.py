@@ -3,7 +3,7 @@
     .venv/bin/python -m benchmarks.skin_colour [--gender male] [--pose five] [--age 30] [--seeds 1]
         [--sweep 20] [--environments courtyard,night]
 
-Albedo: the shader's base colour is drawn as if it glowed, by Cycles, from seven sides of a posed
+Albedo: the shader's base colour is drawn as if it glowed, by Cycles, from eleven sides of a posed
 hand; every triangle gets the mean colour of the pixels it is seen in, and the mean over the back of
 hand and digits (nails and forearm left out) is weighted by the posed triangles' area. Nothing of
 the solver is used. Bound: 0.5 degrees.
@@ -50,8 +50,11 @@ from services.worker.scene.types import Array, Camera, HandScene, Intrinsics, Rg
 if TYPE_CHECKING:
     from services.worker.render.blender.meter import Pixels, SkinMeter
 
-SIDE_PX, SPAN_M, DISTANCE_M = 320, 0.30, 1.5
-SIDES = ((0, 0), (55, 0), (-55, 0), (0, 50), (0, -50), (40, 40), (-40, 40))
+SIDE_PX, SPAN_M, DISTANCE_M = 512, 0.24, 1.5
+SIDES = (
+    *((roll, 0) for roll in (0, 35, -35, 65, -65)),
+    *((roll, tip) for roll in (0, 45, -45) for tip in (45, -45)),
+)
 """Views, degrees from above the back: rolled about the hand's length, then tipped to the wrist."""
 ALBEDO_BOUND_DEG, APPARENT_BOUND_DEG = 0.5, 5.0
 REPORT_SETTINGS = RenderSettings(32, Denoise.NONE, Prefilter.NONE)
@@ -222,7 +225,8 @@ def _sitter(gender: Gender, pose: Pose, hands: HandLibrary) -> Sitter:
     weights = hand.surface.apply(hand.model.weights)
     facing, _ = facings(hand.model, vertex_normals(rest_m, hand.surface.quads), weights)
     forearm = (geometry.part == 0).astype(np.float64)
-    back = is_dorsum(facing, forearm, geometry.nail)[triangulate(geometry.quads)].all(axis=1)
+    faces = triangulate(geometry.quads)
+    back = is_dorsum(*(field[faces].mean(axis=1) for field in (facing, forearm, geometry.nail)))
     points_m = geometry.keypoints_m
     along = _unit(points_m[9] - points_m[0])
     dorsal = _unit(np.cross(points_m[17] - points_m[5], along))

@@ -20,7 +20,7 @@ MIN_ITA_DEG, MAX_ITA_DEG = -90.0, 70.0
 _ANCHOR_ITA_DEG = (-90.0, -80.0, -30.0, 10.0, 28.0, 41.0, 55.0, 70.0)
 _RADIUS = (29.5, 28.6, 20.0, 20.8, 21.5, 23.3, 23.7, 24.5)
 """Distance of the locus from (b* 0, L* 50): the published points, and a plausible way on."""
-_REDNESS = (5.0, 7.0, 12.3, 12.5, 11.4, 10.2, 9.2, 7.5)
+_REDNESS = (5.5, 7.8, 12.3, 12.5, 11.4, 10.2, 9.2, 7.5)
 _PALM_LAB: tuple[Lab, ...] = (
     (48.0, 12.0, 18.5),
     (50.0, 12.5, 19.0),
@@ -36,7 +36,9 @@ _MAX_SPREAD = 2.0
 
 _MELANIN_STRENGTH = (1.25, 1.2, 1.1, 0.8, 0.6, 0.5, 0.42, 0.4)
 _BLOOD_STRENGTH = (0.22, 0.25, 0.40, 0.54, 0.62, 0.68, 0.70, 0.70)
-_VEIN_STRENGTH = (0.08, 0.10, 0.14, 0.20, 0.24, 0.28, 0.32, 0.34)
+_VEIN_STRENGTH = (0.07, 0.08, 0.11, 0.15, 0.18, 0.20, 0.22, 0.23)
+_NAIL_DARKER = (9.0, 9.0, 6.0, 3.0, 1.5, 0.0, 0.0, 0.0)
+"""How much lower the L* of a nail bed is than the palm's: beds have some melanin, plates yellow."""
 _FRECKLE_STRENGTH = (0.10, 0.12, 0.25, 0.5, 0.8, 1.0, 1.0, 1.0)
 MELANIN_SHAPE: Rgb = (-0.72, -1.0, -1.16)
 BLOOD_SHAPE: Rgb = (-0.10, -0.95, -0.62)
@@ -60,7 +62,7 @@ def skin_of(ita_deg: float, age_years: float, rng: np.random.Generator) -> Skin:
     if not MIN_ITA_DEG <= ita_deg <= MAX_ITA_DEG:
         raise ValueError(f"ita_deg is {ita_deg}; it must lie in {MIN_ITA_DEG}..{MAX_ITA_DEG}")
     draws = np.clip(rng.standard_normal(3), -_MAX_SPREAD, _MAX_SPREAD)
-    uneven, spotted, sinewy = rng.uniform(0.7, 1.3), rng.uniform(0.0, 1.0), rng.uniform(0.7, 1.3)
+    uneven, spotted, sinewy = rng.uniform(0.7, 1.3), rng.uniform(0.0, 1.0), rng.uniform(0.55, 1.35)
     dorsum = lab_to_linear_rgb(_in_gamut(_varied(ita_deg, float(draws[0]), float(draws[1]))))
     lightness, a, b = _palm_lab(ita_deg)
     redder = _REDNESS_SPREAD * float(draws[0])
@@ -70,7 +72,9 @@ def skin_of(ita_deg: float, age_years: float, rng: np.random.Generator) -> Skin:
         age_years=age_years,
         dorsum_rgb=dorsum,
         palm_rgb=palm,
-        nail_rgb=lab_to_linear_rgb((lightness, a + 2.0 + 0.5 * redder, b - 4.0)),
+        nail_rgb=lab_to_linear_rgb(
+            (lightness - _at(ita_deg, _NAIL_DARKER), a + 2.0 + 0.5 * redder, b - 4.0)
+        ),
         pigment=_pigment(ita_deg, age_years, (dorsum, palm), (uneven, spotted, sinewy)),
         relief=_relief(age_years, sinewy),
         mean_free_path_mm=mean_free_path_mm(dorsum),

@@ -23,6 +23,8 @@ FOREARM_WINDOW = (0.0060, 0.7660, 0.1120)
 FOREARM_CORNER, FOREARM_SIDE = (0.640, 0.655), 0.335
 """Where the forearm's window goes: the corner that the hand leaves free."""
 SUBTEXEL_BITS = 4
+FLAT_PX = 1e-3
+"""Faces of less area in the atlas (the cut end of the forearm) count as none."""
 OUTSIDE = -1
 
 
@@ -90,8 +92,10 @@ def rasterised(vertices_m: F8, quads: I4, uvs: F4, side_px: int) -> Texels:
     areas_m2 = np.linalg.norm(
         np.cross(edges_m[:, 1] - edges_m[:, 0], edges_m[:, 2] - edges_m[:, 0]), axis=1
     )
-    # A face's area is shared by its texels; faces without one are too small to be seen.
-    area_m2 = areas_m2[face] / np.bincount(face, minlength=len(faces))[face] / 2.0
+    first, second = (corners_px[:, k] - corners_px[:, 0] for k in (1, 2))
+    areas_px = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    # By density, not by count: small faces may have no texel, and their neighbours stand for them.
+    area_m2 = np.where(areas_px > FLAT_PX, areas_m2 / np.maximum(areas_px, FLAT_PX), 0.0)[face]
     return Texels(side_px, pixels, faces[face], weights, _nearest(owner, pixels), area_m2)
 
 

@@ -16,7 +16,7 @@ from services.worker.hand.skinmaps.nails import nails_of
 Bytes = npt.NDArray[np.uint8]
 Halves = npt.NDArray[np.float16]
 
-MAPS_VERSION = "2"
+MAPS_VERSION = "3"
 """Raised with every change that alters a map."""
 STATISTIC_ROWS = 8192
 BYTE = 255.0

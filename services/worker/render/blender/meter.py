@@ -13,8 +13,8 @@ from services.worker.render.rect import PixelRect
 from services.worker.render.settings import Denoise, Prefilter, RenderSettings
 from services.worker.scene.types import HandScene, Light, SceneGeometry
 
-ALBEDO_SETTINGS = RenderSettings(16, Denoise.NONE, Prefilter.NONE)
-WHITE_SETTINGS = RenderSettings(64, Denoise.NONE, Prefilter.NONE)
+ALBEDO_SETTINGS = RenderSettings(4, Denoise.NONE, Prefilter.NONE)
+WHITE_SETTINGS = RenderSettings(32, Denoise.NONE, Prefilter.NONE)
 
 Pixels = npt.NDArray[np.float32]
 
