@@ -32,7 +32,7 @@ def whole_sky(
     air = grown[:, margin : margin + width].astype(np.float64)
     half = height // 2
     upper = air[:half]
-    upper = _under_lid(upper, sky.overcast, sun, sky)
+    upper = _under_lid(upper, sun, sky, rng)
     if sky.clouds > 0.0:
         upper = _clouded(upper, sky, sun, rng)
     low = upper[-max(height // 90, 1) :].mean(axis=0)
@@ -78,15 +78,25 @@ def sphere(shape: tuple[int, int]) -> tuple[Array, Array]:
     return directions, np.cos(latitude) * (math.pi / height) * (2.0 * math.pi / width)
 
 
-def _under_lid(upper: Array, overcast: float, sun: Point, sky: Sky) -> Array:
-    """Mix in the CIE overcast sky, whose zenith is three times as bright as its horizon."""
+def _under_lid(upper: Array, sun: Point, sky: Sky, rng: np.random.Generator) -> Array:
+    """Mix in a grey lid: brighter at its zenith (after the CIE's overcast sky), in soft billows."""
+    overcast = sky.overcast
     if overcast <= 0.0:
         return upper
-    rows = len(upper)
+    rows, columns = upper.shape[:2]
+    directions, _ = sphere((2 * (rows // 2), columns // 2))
+    directions = directions[: rows // 2]
+    lift = np.maximum(directions[..., 2], 0.0) + 0.06
+    folds = Fractal(rng, 6, 0.55).at(
+        0.7 * directions[..., 0] / lift, 0.7 * directions[..., 1] / lift
+    )
+    fade = np.clip(directions[..., 2] / 0.12, 0.0, 1.0)
+    billows = 1.0 + 0.17 * np.clip(folds, -1.6, 1.6) * fade
+    large = cv2.resize(billows, (columns, rows), interpolation=cv2.INTER_LINEAR)
     sine = np.sin((1.0 - (np.arange(rows) + 0.5) / rows) * math.pi / 2.0)
     on_ground = np.array(sun) * max(math.sin(math.radians(sky.sun_elevation_deg)), 0.0)
     light = 0.35 * on_ground.mean() / math.pi + upper.mean(axis=(0, 1)).mean()
-    lid = light * (0.6 + 0.8 * sine)[:, None, None] * _LID_TINT
+    lid = light * (0.6 + 0.8 * sine)[:, None, None] * large[..., None] * _LID_TINT
     mixed: Array = upper * (1.0 - overcast) ** 1.5 + lid * overcast
     return mixed
 

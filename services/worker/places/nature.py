@@ -44,7 +44,7 @@ def bushes(
     dark, light = _CROWNS[int(rng.integers(0, 2))]
     finish = Finish(Pattern.LEAVES, dark, light)
     height = 0.55
-    shape = moved(leaves(finish, rng, 2600, (0.8, 0.75, height), 0.045), (0, 0, height * 0.9))
+    shape = moved(leaves(finish, rng, 1900, (0.8, 0.75, height), 0.05), (0, 0, height * 0.9))
     return [_shared(rng, (shape,), count, nearest_m, farthest_m)]
 
 
@@ -77,7 +77,7 @@ def boulders(
     shapes = [_stone(rng) for _ in range(4)]
     copies = [_shared(rng, (shape,), count // 4, nearest_m, farthest_m) for shape in shapes]
     return [
-        Copies(c.surfaces, c.at_m, c.turns_rad, rng.uniform(0.3, 1.0, len(c.sizes)) ** 3 * 1.7)
+        Copies(c.surfaces, c.at_m, c.turns_rad, rng.uniform(0.18, 1.0, len(c.sizes)) ** 2.5 * 1.6)
         for c in copies
     ]
 
@@ -90,8 +90,8 @@ def _shared(
 
 def _tree(rng: np.random.Generator, kind: int, *, fine: bool) -> tuple[Surface, ...]:
     finish = Finish(Pattern.LEAVES, *_CROWNS[kind])
-    count = 5200 if fine else 1100
-    leaf_m = 0.16 if fine else 0.42
+    count = 3800 if fine else 900
+    leaf_m = 0.19 if fine else 0.46
     height = float(rng.uniform(6.5, 11.0))
     if kind == 3:
         return _fir(rng, finish, height, count, leaf_m)

@@ -62,7 +62,7 @@ def ground(
     sides = 640
     angles = np.arange(sides) * (2.0 * math.pi / sides)
     x, y = radii[:, None] * np.cos(angles), radii[:, None] * np.sin(angles)
-    near, far = Fractal(rng, 5, 0.5), Fractal(rng, 7, 0.5)
+    near, far = Fractal(rng, 5, 0.5), Fractal(rng, 7, 0.42)
     heights = near.at(x / 9.0, y / 9.0) * rough_m * np.minimum(radii / 4.0, 3.0)[:, None]
     swell = np.clip((radii - hills_from_m) / (3.0 * hills_from_m), 0.0, 1.0)[:, None] ** 1.2
     width = hills_from_m * 3.2
@@ -102,9 +102,9 @@ def meadow(rng: np.random.Generator, variant: int) -> Place:
 def forest_edge(rng: np.random.Generator, variant: int) -> Place:
     """Return a clearing in a wood: trunks all around, floor of leaves, gaps to the sky."""
     copies = [
-        *trees(rng, 120, 6.5, 42.0, kind=variant),
-        *trees(rng, 160, 40.0, 110.0, kind=variant + 1),
-        *bushes(rng, 70, 4.5, 30.0),
+        *trees(rng, 84, 5.5, 34.0, kind=variant),
+        *trees(rng, 170, 32.0, 90.0, kind=variant + 1),
+        *bushes(rng, 80, 4.0, 26.0),
         *grass(rng, 700, 1.3, 12.0, dry=False),
     ]
     return _place([ground(_FOREST_FLOOR, rng, rough_m=0.08)], copies)
@@ -139,11 +139,11 @@ def desert(rng: np.random.Generator, variant: int) -> Place:
         sand,
         rng,
         rough_m=0.16,
-        hills_m=(60.0, 240.0, 420.0)[variant % 3],
-        hills_from_m=160.0,
-        peaks=(1.0, 1.6, 2.0)[variant % 3],
+        hills_m=(26.0, 150.0, 260.0)[variant % 3],
+        hills_from_m=(18.0, 420.0, 700.0)[variant % 3],
+        peaks=(1.0, 1.5, 1.6)[variant % 3],
     )
-    copies = [*boulders(rng, 60, 3.0, 70.0), *grass(rng, 160, 2.5, 40.0, dry=True)]
+    copies = [*boulders(rng, 150, 2.2, 60.0), *grass(rng, 160, 2.5, 40.0, dry=True)]
     return _place([base], copies)
 
 
@@ -161,7 +161,7 @@ def lake(rng: np.random.Generator, variant: int) -> Place:
     """Return a lake with reeds, woods and mountains around it, seen from its bank."""
     soil = (_GREEN, _GRAVEL, _ROCK)[variant % 3]
     base = ground(
-        soil, rng, rough_m=0.06, hills_m=380.0, hills_from_m=420.0, peaks=1.8, shore_deg=10.0
+        soil, rng, rough_m=0.06, hills_m=330.0, hills_from_m=650.0, peaks=1.5, shore_deg=10.0
     )
     green = [
         *reeds(rng, 130, 3.5, 18.0),
@@ -174,7 +174,7 @@ def lake(rng: np.random.Generator, variant: int) -> Place:
 
 def snowfield(rng: np.random.Generator, variant: int) -> Place:
     """Return snow, dark firs, white mountains."""
-    base = ground(_SNOW, rng, rough_m=0.1, hills_m=500.0, hills_from_m=350.0, peaks=1.7)
+    base = ground(_SNOW, rng, rough_m=0.1, hills_m=430.0, hills_from_m=900.0, peaks=1.5)
     copies = [
         *trees(rng, 70, 10.0, 90.0, kind=3),
         *trees(rng, 240, 90.0, 420.0, kind=3),
@@ -186,8 +186,8 @@ def snowfield(rng: np.random.Generator, variant: int) -> Place:
 def mountains(rng: np.random.Generator, variant: int) -> Place:
     """Return bare rock and boulders before high ridges."""
     soil = (_ROCK, _GRAVEL, _GREEN)[variant % 3]
-    base = ground(soil, rng, rough_m=0.14, hills_m=900.0, hills_from_m=500.0, peaks=2.2)
-    copies = [*boulders(rng, 190, 1.8, 60.0), *grass(rng, 240, 1.5, 18.0, dry=variant == 1)]
+    base = ground(soil, rng, rough_m=0.14, hills_m=700.0, hills_from_m=1100.0, peaks=1.6)
+    copies = [*boulders(rng, 320, 1.6, 50.0), *grass(rng, 240, 1.5, 18.0, dry=variant == 1)]
     return _place([base], [*copies, *trees(rng, 40, 40.0, 200.0, kind=3)])
 
 

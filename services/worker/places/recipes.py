@@ -3,12 +3,15 @@
 import hashlib
 from dataclasses import dataclass, replace
 
+import numpy as np
+import numpy.typing as npt
+
 from hi5_common.domain.environments import EnvironmentEntry, EnvironmentOrigin
 from hi5_common.domain.errors import PermanentError
 from hi5_common.domain.seeding import factor_rng
 from services.worker.places.interiors import INTERIORS
 from services.worker.places.outdoors import OUTDOORS
-from services.worker.places.place import Place, Sky
+from services.worker.places.place import Place, Point, Sky
 from services.worker.places.studios import studio
 
 RECIPE_VERSION = 1
@@ -64,10 +67,44 @@ def place_of(recipe: Recipe) -> Place:
         place = OUTDOORS[recipe.scene](rng, recipe.variant)
         return replace(place, sky=recipe.sky)
     if recipe.scene in INTERIORS:
-        return INTERIORS[recipe.scene](rng, recipe.light, recipe.variant)
+        room = INTERIORS[recipe.scene](rng, recipe.light, recipe.variant)
+        return mirrored(room) if recipe.variant % 2 else room
     if recipe.scene == "studio":
         return studio(rng, recipe.light, recipe.backdrop)
     raise UnknownRecipe(f"No place is called {recipe.scene!r}.")
+
+
+def mirrored(place: Place) -> Place:
+    """Return a place without copies as a mirror shows it, left for right: another room."""
+
+    def flipped(point: Point) -> Point:
+        return (point[0], -point[1], point[2])
+
+    surfaces = tuple(
+        replace(
+            surface,
+            vertices_m=surface.vertices_m * np.array([1.0, -1.0, 1.0]),
+            quads=_turned_over(surface.quads),
+            uvs_m=surface.uvs_m[:, [3, 2, 1, 0]],
+        )
+        for surface in place.surfaces
+    )
+    return replace(
+        place,
+        surfaces=surfaces,
+        eye_m=flipped(place.eye_m),
+        area_lamps=tuple(
+            replace(lamp, at_m=flipped(lamp.at_m), towards=flipped(lamp.towards))
+            for lamp in place.area_lamps
+        ),
+        point_lamps=tuple(replace(lamp, at_m=flipped(lamp.at_m)) for lamp in place.point_lamps),
+    )
+
+
+def _turned_over(quads: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Return quads (Q, 4) seen from behind; a triangle keeps its doubled corner last."""
+    folded = (quads[:, 2] == quads[:, 3])[:, None]
+    return np.where(folded, quads[:, [1, 0, 2, 3]], quads[:, [3, 2, 1, 0]])
 
 
 def _sky(words: dict[str, str]) -> Sky:

@@ -216,7 +216,7 @@ def softbox(
     length = float(np.linalg.norm(way))
     towards = (float(way[0]) / length, float(way[1]) / length, float(way[2]) / length)
     ahead = (at_m[0] + 0.03 * math.cos(turn), at_m[1] + 0.03 * math.sin(turn), at_m[2])
-    return [AreaLamp(ahead, towards, width_m, height_m, radiance)], parts
+    return [AreaLamp(ahead, towards, width_m, height_m, radiance, 125.0)], parts
 
 
 def _joined(*lit: tuple[list[AreaLamp], list[Surface]]) -> _Lit:

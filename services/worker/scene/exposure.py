@@ -11,10 +11,12 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
+from hi5_common.domain.light import LOW_BELOW, LightLevel, light_level
 from services.worker.scene.environments import LUMINANCE, load_panorama, mean_luminance
 from services.worker.scene.types import Array, Camera
 from services.worker.scene.view import camera_position
 
+MAX_LOW_LIGHT_EV = 1.5
 PATCH_PX = 32
 """Side of the blocks of panorama that count as one distant lamp each."""
 
@@ -70,9 +72,23 @@ def metered_light(environment: str, rotation_z_deg: float, seen: Seen) -> float:
 
     Of a hand against the light only halfway to it (in stops) from the panorama's mean: as a
     photographer would, who wants neither a black hand nor a white sky that eats its outline.
+    In low light the picture stays darker than that by `low_light_ev`.
     """
     on_hand = light_on_hand(environment, rotation_z_deg, seen)
-    return max(on_hand, math.sqrt(on_hand * mean_luminance(environment)))
+    mean = mean_luminance(environment)
+    return max(on_hand, math.sqrt(on_hand * mean)) * 2.0 ** low_light_ev(mean)
+
+
+def low_light_ev(luminance: float) -> float:
+    """Return how many stops too dark a camera leaves a place of a mean luminance; 0 unless LOW.
+
+    Cameras keep night looking like night: half a stop at the edge of low light, then half of what
+    the light falls further, at most MAX_LOW_LIGHT_EV. The label says LOW (see `light_of`).
+    """
+    if light_level(luminance) is not LightLevel.LOW:
+        return 0.0
+    further = math.log2(LOW_BELOW / max(luminance, 1e-9))
+    return min(0.5 + 0.5 * further, MAX_LOW_LIGHT_EV)
 
 
 def light_on_hand(environment: str, rotation_z_deg: float, seen: Seen) -> float:

@@ -61,7 +61,7 @@ def serving(behaviour: Behaviour) -> Iterator[str]:
                     }
                 )
             elif self.path == f"/files/{ASSET}":
-                md5 = behaviour.md5 or hashlib.md5(behaviour.exr).hexdigest()
+                md5 = behaviour.md5 or hashlib.md5(behaviour.exr, usedforsecurity=False).hexdigest()
                 exr = {"url": f"{behaviour.base}/file.exr", "md5": md5, "size": len(behaviour.exr)}
                 self._json({"hdri": {"1k": {"exr": exr}, "2k": {"exr": exr}}})
             elif self.path == "/assets?type=hdris":

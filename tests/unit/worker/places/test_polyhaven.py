@@ -75,22 +75,28 @@ def test_a_wrong_checksum_leaves_nothing_behind(tmp_path: Path, behaviour: Behav
 
 @pytest.mark.parametrize("asset", ["unknown", "../etc", ""])
 def test_an_unknown_asset_is_named(tmp_path: Path, behaviour: Behaviour, asset: str) -> None:
-    with serving(behaviour) as base, PolyHaven(base) as source:
-        with pytest.raises(InvalidInput) as caught:
-            source.fetch(asset, "1k", tmp_path)
+    with (
+        serving(behaviour) as base,
+        PolyHaven(base) as source,
+        pytest.raises(InvalidInput) as caught,
+    ):
+        source.fetch(asset, "1k", tmp_path)
     assert caught.value.problems[0].value == asset
 
 
 def test_a_resolution_that_is_not_there_is_told(tmp_path: Path, behaviour: Behaviour) -> None:
-    with serving(behaviour) as base, PolyHaven(base) as source:
-        with pytest.raises(InvalidInput, match="1k, 2k"):
-            source.fetch(ASSET, "4k", tmp_path)
+    with (
+        serving(behaviour) as base,
+        PolyHaven(base) as source,
+        pytest.raises(InvalidInput, match="1k, 2k"),
+    ):
+        source.fetch(ASSET, "4k", tmp_path)
 
 
 def test_offline_is_said_in_words(tmp_path: Path) -> None:
-    with PolyHaven("http://127.0.0.1:9") as source:
-        with pytest.raises(SourceUnreachable, match="hi5 assets add"):
-            source.fetch(ASSET, "1k", tmp_path)
+    unreachable = pytest.raises(SourceUnreachable, match="hi5 assets add")
+    with PolyHaven("http://127.0.0.1:9") as source, unreachable:
+        source.fetch(ASSET, "1k", tmp_path)
 
 
 def test_the_popular_come_first(behaviour: Behaviour) -> None:

@@ -28,7 +28,8 @@ from services.worker.render.blender.places.photograph import (
     set_noise,
 )
 
-OUTDOOR_SAMPLES, INDOOR_SAMPLES = 4, 5
+OUTDOOR_SAMPLES, INDOOR_SAMPLES = 3, 4
+OUTDOOR_BOUNCES = 2
 SUN_LAMP_RAD = 0.02
 _PR_SET_PDEATHSIG = 1
 
@@ -70,6 +71,7 @@ def _outside(
     set_noise(
         scene, OUTDOOR_SAMPLES, denoise=True, clamp=place.clamp * max(float(heaven.mean()), 0.01)
     )
+    scene.cycles.max_bounces = OUTDOOR_BOUNCES
     shot = photograph(scene, width_px, width_px // 2, scratch)
     with_sun = heaven + sun_disc(sky, direct, shape)
     # The horizon's colour is the sky's own: the sun's disc must not smear along it.

@@ -65,7 +65,9 @@ def _mottled(tree: _Tree, finish: Finish, node: bpy.types.Node) -> None:
 
 def _patches(tree: _Tree, finish: Finish, node: bpy.types.Node) -> None:
     wide = _noise(tree, _position(tree), 1.0 / finish.scale_m, detail=8.0, roughness=0.72)
-    _paint(tree, _mixed(tree, _stretched(tree, wide, 0.36, 0.64), finish), node)
+    broad = _noise(tree, _position(tree), 0.11 / finish.scale_m, detail=3.0, roughness=0.6)
+    colour = _mixed(tree, _stretched(tree, wide, 0.39, 0.61), finish)
+    _paint(tree, _shaded(tree, colour, broad, 0.72, 1.3), node)
     bump = tree.nodes.new("ShaderNodeBump")
     bump.inputs["Strength"].default_value = 0.6
     bump.inputs["Distance"].default_value = finish.scale_m * 0.05
