@@ -1,16 +1,18 @@
 """How even plans are, and how long planning takes.
 
-    .venv/bin/python benchmarks/plan_evenness.py [--specs 600] [--sizes 300]
+    .venv/bin/python benchmarks/plan_evenness.py [--specs 600] [--sizes 100]
 
-Prints, for equal shares of every value at several sizes, the joint cells' smallest and largest
-counts, the furthest that any pair of values is from its expectation in images, and the seconds to
-plan; then how far pairs get over random sizes with equal shares, and over random specs with lists
-and skewed maps of exact counts.
+Prints, for equal shares of every default value at several sizes, the joint cells' smallest and
+largest counts, the furthest that any pair of values is from its expectation in images, the seconds
+of processor time to plan, and the most memory so far; the same for a spec that asks for something
+of every attribute; then how far pairs get over random sizes with equal shares, and over random specs
+of six to nine attributes with lists and skewed maps of exact counts.
 """
 
 import argparse
 import itertools
 import platform
+import resource
 import time
 
 import numpy as np
@@ -18,31 +20,57 @@ import numpy as np
 from hi5_common.domain.plan import ALGORITHM, Plan
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.spec import DatasetSpec, parse_spec
-from hi5_common.domain.vocabulary import VALUES, Attribute
+from hi5_common.domain.vocabulary import ALWAYS_BALANCED, VALUES, Attribute
 
-SIZES = (12, 24, 100, 144, 1000, 4224, 10_000, 25_344, 100_000, 583_000, 100_000_000)
+SIZES = (12, 24, 100, 144, 1000, 4224, 10_000, 25_344, 100_000, 538_643, 100_000_000)
+EVERYTHING = {
+    "age": ["18..30", "30..45", "45..60", "60..90"],
+    "weight": ["0..0.33", "0.33..0.67", "0.67..1"],
+    "muscle": ["0..0.5", "0.5..1"],
+    "finger_length": [-1, 0, 1],
+    "finger_thickness": [-1, 0, 1],
+    "hand_scale": [-1, 0, 1],
+    "ring": ["none", "band", "gem"],
+    "wrist_wear": ["none", "bracelet", "watch"],
+    "nail_polish": ["none", "clear", "red", "pink", "dark"],
+    "sleeve": ["none", "shirt", "knit", "jacket"],
+}
+"""Something of every attribute that is off by default."""
 
 
 def main() -> None:
     """Run both measurements."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--specs", type=int, default=600)
-    parser.add_argument("--sizes", type=int, default=300)
+    parser.add_argument("--sizes", type=int, default=100)
     asked = parser.parse_args()
     specs = asked.specs
     print(f"plan {ALGORITHM}, Python {platform.python_version()}, numpy {np.__version__}")
-    print("      images  joint cells  furthest pair  seconds")
+    print("      images  attributes  joint cells  furthest pair  seconds     MB")
     for count in SIZES:
-        started = time.perf_counter()
-        plan = Plan.of(parse_spec({"count": count, "seed": 1}))
-        seconds = time.perf_counter() - started
-        low, high = plan.joint_extremes()
-        print(f"{count:12,}  {low:5,}-{high:<5,}  {furthest_pair(plan):13.2f}  {seconds:7.3f}")
+        report_plan({"count": count, "seed": 1})
+    for count in (1000, 10_000, 100_000):
+        report_plan({"count": count, "seed": 1, "attributes": EVERYTHING})
     report_sizes(asked.sizes)
     found = sorted(furthest_pair(Plan.of(random_spec(seed))) for seed in range(specs))
     middle, ninth, worst = found[len(found) // 2], found[len(found) * 9 // 10], found[-1]
     print(f"{specs} random specs (seeds 0..{specs - 1}), furthest pair: ", end="")
     print(f"median {middle:.2f}, nine in ten below {ninth:.2f}, worst {worst:.2f}")
+
+
+def report_plan(document: dict[str, object]) -> None:
+    """Print one line about the plan of a spec."""
+    spec = parse_spec(document)
+    started = time.process_time()
+    plan = Plan.of(spec)
+    seconds = time.process_time() - started
+    low, high = plan.joint_extremes()
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(
+        f"{spec.count:12,}  {len(plan.crossed):10}  {low:5,}-{high:<5,}  "
+        f"{furthest_pair(plan):13.2f}  {seconds:7.3f}  {peak_mb:5.0f}",
+        flush=True,
+    )
 
 
 def report_sizes(sizes: int) -> None:
@@ -64,7 +92,7 @@ def report_sizes(sizes: int) -> None:
 def furthest_pair(plan: Plan) -> float:
     """Return the largest distance of a pair's count from its expectation, in images."""
     worst = 0.0
-    for a, b in itertools.combinations(Attribute, 2):
+    for a, b in itertools.combinations(plan.crossed, 2):
         of_a, of_b = plan.value_counts(a), plan.value_counts(b)
         for (x, y), images in plan.pair_counts(a, b).items():
             worst = max(worst, abs(images - of_a[x] * of_b[y] / plan.count))
@@ -72,15 +100,21 @@ def furthest_pair(plan: Plan) -> float:
 
 
 def random_spec(seed: int) -> DatasetSpec:
-    """Draw a spec of 1 to 1,500 images: every attribute whole, a list, or a map of counts."""
+    """Draw a spec of 1 to 1,500 images; each attribute whole, a list, or a map of counts.
+
+    The first six attributes always, and up to three of those that are off by default.
+    """
     rng = factor_rng(seed, 0, "benchmark/spec")
     count = int(rng.integers(1, 1501))
-    requests = {attribute.value: _random_request(rng, attribute, count) for attribute in Attribute}
+    off = [attribute for attribute in Attribute if attribute not in ALWAYS_BALANCED]
+    more = [off[number] for number in rng.permutation(len(off))[: seed % 4]]
+    asked = (*ALWAYS_BALANCED, *more)
+    requests = {attribute.value: _random_request(rng, attribute, count) for attribute in asked}
     return parse_spec({"count": count, "seed": seed, "attributes": requests})
 
 
 def _random_request(rng: np.random.Generator, attribute: Attribute, count: int) -> object:
-    known = VALUES[attribute]
+    known = EVERYTHING.get(attribute.value, VALUES[attribute])
     chosen = rng.permutation(len(known))[: int(rng.integers(1, len(known) + 1))]
     values = [known[number] for number in chosen]
     kind = ("all", "list", "map")[int(rng.integers(3))]

@@ -23,7 +23,10 @@ LOOKED_AT = 400
 CANDIDATES = 12
 PARTNERS = 6
 MAX_PASSES = 12
-MAX_TRIES = 1500
+LEAST_TRIES = 1500
+TRIES_PER_CELL = 13
+"""Times the mean size of the pairs' tables: with 111 environments 1,500 tries leave a pair of
+10,000 images 1.96 from its expectation, 6,000 leave it 1.01, and more change nothing."""
 _TINY = 1e-9
 _NUMBER = np.dtype(">u2")
 """Value numbers, most significant byte first: no attribute has 65,536 values."""
@@ -163,7 +166,8 @@ def even_pairs(path: Ints, size: Ints, shares: Sequence[Ints]) -> tuple[Ints, In
     path (cells, attributes) value numbers, size (cells,), shares the counts of each attribute.
     """
     cells = Cells(path, size, shares)
-    tries = MAX_TRIES
+    tables = [a.size * b.size for a, b in itertools.combinations(shares, 2)]
+    tries = max(LEAST_TRIES, TRIES_PER_CELL * sum(tables) // len(tables))
     for _ in range(MAX_PASSES):
         gaps = cells.gaps()[:tries]
         tries -= len(gaps)

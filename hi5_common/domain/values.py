@@ -69,6 +69,13 @@ def canonical_value(attribute: Attribute, raw: str | float) -> str:
     return found
 
 
+def in_words(attribute: Attribute, value: str) -> str:
+    """Return a value as people write it: rocker front, ITA -40."""
+    if attribute is Attribute.SKIN_TONE and value not in VALUES[attribute]:
+        return f"ITA {value}"
+    return value.replace("_", " ")
+
+
 def in_order(attribute: Attribute, values: Iterable[str]) -> list[str]:
     """Sort canonical values: named ones as the vocabulary has them, angles from light to dark,
     bands from low to high, environments of one's own after the catalogue, by name.

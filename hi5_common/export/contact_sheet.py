@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from hi5_common.domain.errors import PermanentError
 from hi5_common.domain.labels import ImageLabel, Keypoint
-from hi5_common.domain.vocabulary import SKELETON, Attribute, KeypointVisibility
+from hi5_common.domain.values import in_words
+from hi5_common.domain.vocabulary import ORNAMENTS, SKELETON, Attribute, KeypointVisibility
 
 if TYPE_CHECKING:
     import numpy as np
@@ -116,11 +117,16 @@ def _caption(label: ImageLabel, width_px: int) -> "Picture":
 
 
 def caption_lines(label: ImageLabel) -> tuple[str, str]:
-    """Say what was asked for: index, tone, gender and hand, then pose and viewpoint."""
-    value = {name: words.replace("_", " ") for name, words in label.attributes.items()}
+    """Say what was asked for: index, tone, gender and hand, then pose, viewpoint and ornaments."""
+    value = {name: in_words(name, found) for name, found in label.attributes.items()}
     hand = f"{value[Attribute.HANDEDNESS]} hand"
     first = f"{label.index}  {value[Attribute.SKIN_TONE]}, {value[Attribute.GENDER]}, {hand}"
-    return first, f"{value[Attribute.POSE]}, {value[Attribute.VIEWPOINT]}"
+    worn = [
+        f"{name.value.replace('_', ' ')} {value[name]}"
+        for name in ORNAMENTS
+        if value.get(name, "none") != "none"
+    ]
+    return first, ", ".join([value[Attribute.POSE], value[Attribute.VIEWPOINT], *worn])
 
 
 def _sheet(cells: Sequence["Picture"], columns: int) -> "Picture":

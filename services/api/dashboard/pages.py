@@ -28,6 +28,10 @@ def page(request: Request, name: str, **values: object) -> Response:
 def _templates() -> Jinja2Templates:
     found = Jinja2Templates(directory=_FOLDER / "templates")
     found.env.filters.update(
-        label=words.label, number=words.number, percent=words.percent, moment=words.moment
+        label=words.label,
+        tone=words.tone,
+        number=words.number,
+        percent=words.percent,
+        moment=words.moment,
     )
     return found

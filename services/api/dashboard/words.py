@@ -3,10 +3,18 @@
 import math
 from datetime import UTC, datetime
 
+from hi5_common.domain import values
+from hi5_common.domain.vocabulary import Attribute
+
 
 def label(name: str) -> str:
     """Return a vocabulary word as people write it."""
     return str(name).replace("_", " ")
+
+
+def tone(value: str) -> str:
+    """Return a skin tone as people write it, a number as its typology angle."""
+    return values.in_words(Attribute.SKIN_TONE, str(value))
 
 
 def number(value: float) -> str:

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 
-from hi5_common.domain.vocabulary import KEYPOINTS
+from hi5_common.domain.vocabulary import KEYPOINTS, Attribute
 from hi5_common.export import contact_sheet
 from hi5_common.export.contact_sheet import (
     FINGER_BGR,
@@ -55,6 +55,13 @@ def test_points_behind_the_camera_are_not_drawn() -> None:
     picture = np.zeros((192, 256, 3), np.uint8)
     draw_keypoints(picture, factories.label(keypoints=factories.keypoints(*[BEHIND] * 21)))
     assert not picture.any()
+
+
+def test_the_caption_names_angles_and_ornaments() -> None:
+    attributes = {**factories.ATTRIBUTES, Attribute.SKIN_TONE: "-40", Attribute.RING: "gem"}
+    first, second = contact_sheet.caption_lines(factories.label(4, attributes=attributes))
+    assert "ITA -40" in first
+    assert second.endswith("ring gem")
 
 
 def test_the_caption_names_tone_gender_hand_pose_and_viewpoint() -> None:
