@@ -5,8 +5,8 @@
 Prints, for equal shares of every default value at several sizes, the joint cells' smallest and
 largest counts, the furthest that any pair of values is from its expectation in images, the seconds
 of processor time to plan, and the most memory so far; the same for a spec that asks for something
-of every attribute; then how far pairs get over random sizes with equal shares, and over random specs
-of six to nine attributes with lists and skewed maps of exact counts.
+of every attribute; then how far pairs get over random sizes with equal shares, and over random
+specs of six to nine attributes with lists and skewed maps of exact counts.
 """
 
 import argparse
