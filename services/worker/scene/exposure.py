@@ -76,7 +76,8 @@ def metered_light(environment: str, rotation_z_deg: float, seen: Seen) -> float:
     """
     on_hand = light_on_hand(environment, rotation_z_deg, seen)
     mean = mean_luminance(environment)
-    return max(on_hand, math.sqrt(on_hand * mean)) * 2.0 ** low_light_ev(mean)
+    metered = max(on_hand, math.sqrt(on_hand * mean))
+    return metered * math.exp2(low_light_ev(mean))
 
 
 def low_light_ev(luminance: float) -> float:
