@@ -1,6 +1,7 @@
 """What the skin needs to know of the hand under it: texels with their place, way and joints."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,9 @@ SURFACE_LEVELS = 2
 MESH_MM = 5.0
 """Noise as long as this is smooth between the vertices of that surface."""
 AROUND_MM = 36.0
+STRETCHED = 6.0
+"""A texel of so many times the middle area shows stretched skin."""
+FADE_MM = 40.0
 MM_PER_M = 1000.0
 DORSUM_FACING = 0.35
 """Skin counts as back of the hand where it faces the dorsal way by at least this cosine."""
@@ -105,6 +109,21 @@ class Skin:
             rows = own[close]
             self._around[key] = rows, joint.local_mm(self.points_mm[rows]), square[close]
         return self._around[key]
+
+    @cached_property
+    def even_area_m2(self) -> F8:
+        """Area (T,) with that of stretched texels held down: the elbow's end has hardly any."""
+        area_m2 = self.texels.area_m2
+        held: F8 = np.minimum(area_m2, STRETCHED * np.median(area_m2))
+        return held
+
+    @cached_property
+    def detailed(self) -> F8:
+        """(T,) 1, falling to 0 where the atlas ends: what lies beyond shows its last texels."""
+        along_mm = self.points_mm[:, 1]
+        whole = self.texels.area_m2 < STRETCHED * np.median(self.texels.area_m2)
+        end_mm = float(along_mm[whole].min())
+        return smoothstep(end_mm + 4.0, end_mm + FADE_MM, along_mm)
 
     @property
     def dorsum(self) -> Mask:

@@ -132,7 +132,9 @@ def spot_map(skin: Skin, kind: Spots) -> F8:
     """Spots scattered over hairy skin, each its own radius and strength, with uneven edges."""
     rng = factor_rng(0, 0, f"skin_spots/{kind.name}")
     hairy = (skin.facing > 0.0) & (skin.nail < 0.02)
-    chance = np.where(hairy, skin.texels.area_m2, 0.0) * (0.6 + 0.4 * (skin.digit == -1))
+    chance = np.where(hairy, skin.even_area_m2 * skin.detailed, 0.0) * (
+        0.6 + 0.4 * (skin.digit == -1)
+    )
     middle = rng.choice(skin.texels.count, kind.count, p=chance / chance.sum())
     low, high = kind.radius_mm
     radius_mm = low + (high - low) * rng.uniform(0.0, 1.0, kind.count) ** 2.5

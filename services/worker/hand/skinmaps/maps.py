@@ -16,10 +16,11 @@ from services.worker.hand.skinmaps.nails import nails_of
 Bytes = npt.NDArray[np.uint8]
 Halves = npt.NDArray[np.float16]
 
-MAPS_VERSION = "3"
+MAPS_VERSION = "4"
 """Raised with every change that alters a map."""
 STATISTIC_ROWS = 8192
 BYTE = 255.0
+PIGMENT_NEUTRAL = (0.0, 0.5, 0.5, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +54,10 @@ def skin_maps(model: HandModel, side_px: int) -> SkinMaps:
     spots = [
         colour_maps.spot_map(skin, kind) for kind in (colour_maps.FRECKLES, colour_maps.AGE_SPOTS)
     ]
+    pigment = [
+        neutral + (values - neutral) * skin.detailed
+        for values, neutral in zip(pigment, PIGMENT_NEUTRAL, strict=True)
+    ]
     heights_mm = [
         relief.still_relief_mm(skin, creases, nails),
         creases.dorsal_mm,
@@ -62,7 +67,7 @@ def skin_maps(model: HandModel, side_px: int) -> SkinMaps:
     return SkinMaps(
         _bytes(skin.texels, pigment),
         _bytes(skin.texels, [*spots, nails.plate, nails.zone]),
-        _picture(skin.texels, heights_mm).astype(np.float16),
+        _picture(skin.texels, [h * skin.detailed for h in heights_mm]).astype(np.float16),
         _spread_evenly(skin, np.round(np.stack([*pigment, *spots], axis=1) * BYTE) / BYTE),
     )
 

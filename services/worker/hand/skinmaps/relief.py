@@ -39,8 +39,8 @@ def pattern_mm(skin: Skin, nails: Nails, cells: F8) -> F8:
 def skin_cells(skin: Skin) -> F8:
     """(T,) 1 on the borders between cells of skin about a millimetre wide, 0 inside them."""
     rng = factor_rng(0, 0, "skin_cells")
-    area_mm2 = float(skin.texels.area_m2.sum()) * MM_PER_M**2
-    chance = skin.texels.area_m2 / skin.texels.area_m2.sum()
+    area_mm2 = float(skin.even_area_m2.sum()) * MM_PER_M**2
+    chance = skin.even_area_m2 / skin.even_area_m2.sum()
     seeds = rng.choice(skin.texels.count, int(area_mm2 / PATTERN_SPACING_MM**2), p=chance)
     # Squeezed along the limb: cells are wider than long, as skin folds across a limb.
     squeeze = np.array([1.0, 1.35, 1.0])
