@@ -147,8 +147,10 @@ def _calibrated(gender: Gender, source: Source, builds: list[Build]) -> list[Bui
     for _ in range(PROFILE_PASSES):
         shift = _profile_shift(gender, source, builds[at])
         builds = [build.shifted(shift, 1.0) for build in builds]
-    keypoints_m = _Flesh(source, builds[at]).keypoints_m
-    pads = _pads(source, builds[at], flesh_pads.resting_pads(keypoints_m, _size(gender)))
+    flesh = _Flesh(source, builds[at])
+    lacking = flesh_pads.resting_pads(flesh.keypoints_m, _size(gender))
+    lacking += flesh_pads.pulp_pads(flesh.keypoints_m, flesh.hinges, _size(gender))
+    pads = _pads(source, builds[at], lacking)
     average = builds[at]
     nail_m = profile.nail_shift_m(
         average.vertices_m, source.cut.quads, source.nails, average.tails_m, average.heads_m

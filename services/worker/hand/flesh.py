@@ -15,6 +15,7 @@ from services.worker.hand.bones import FINGERS
 from services.worker.hand.growth import finger_flesh
 from services.worker.hand.maps import smoothstep
 from services.worker.hand.rest import DIGITS
+from services.worker.hand.rotation import unit
 
 DORSAL, PALMAR = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])
 FACING = (0.0, 0.7)
@@ -57,6 +58,16 @@ def _distance_m(points_m: F8, pad: Pad) -> F8:
     share = np.clip(np.einsum("vk,k->v", offset, line) / max(float(line @ line), 1e-12), 0.0, 1.0)
     distance: F8 = np.linalg.norm(offset - share[:, None] * line, axis=1)
     return distance
+
+
+def pulp_pads(keypoints_m: F8, hinges: F8, size: float) -> list[Pad]:
+    """The pulps of the fingertips, which the asset cuts off aslant. hinges (5,3)."""
+    pads = []
+    for row, hinge in enumerate(hinges):
+        joint, tip = keypoints_m[3 + 4 * row], keypoints_m[4 + 4 * row]
+        palmar = unit(np.cross(hinge, tip - joint))
+        pads.append(Pad(0.3 * joint + 0.7 * tip, tip, 0.0045, 0.0013, palmar))
+    return [_sized(pad, size) for pad in pads]
 
 
 def resting_pads(keypoints_m: F8, size: float) -> list[Pad]:
