@@ -181,7 +181,10 @@ def _rle(mask: Mask) -> dict[str, Any]:
 
 
 def _beyond_coco(label: ImageLabel) -> dict[str, Any]:
-    beyond: dict[str, Any] = {"in_frame_share": label.in_frame_share}
+    beyond: dict[str, Any] = {
+        "affect": label.affect,
+        "in_frame_share": label.in_frame_share,
+    }
     if label.box is not None:
         beyond["box_with_forearm"] = _xywh(label.box)
     if label.mask is not None:

@@ -22,7 +22,8 @@ def test_cells_are_one_row_an_image_that_adds_up_to_the_summary(
     assert [int(row["index"]) for row in rows] == list(range(97))
     summary = json.loads(hi5("plan", spec, "--json").out)
     for attribute in Attribute:
-        assert Counter(row[attribute.value] for row in rows) == summary["attributes"][attribute]
+        counted = Counter(row[attribute.value] for row in rows)
+        assert counted == Counter(summary["attributes"][attribute])
 
 
 def test_the_summary_names_every_attribute(hi5: Command, tmp_path: Path) -> None:
@@ -31,6 +32,25 @@ def test_the_summary_names_every_attribute(hi5: Command, tmp_path: Path) -> None
     shown = hi5("plan", spec).out
     assert "12 images, seed 0" in shown
     assert all(attribute.value in shown for attribute in Attribute)
+
+
+def test_the_summary_says_in_a_line_what_every_image_has(hi5: Command, tmp_path: Path) -> None:
+    spec = tmp_path / "spec.yaml"
+    spec.write_text("{count: 12, attributes: {age: [18..30, 45], ring: [gem], weight: [0.5]}}")
+    shown = hi5("plan", spec).out
+    assert "18..30: 6, 45: 6" in shown
+    (line,) = [line for line in shown.splitlines() if line.startswith("Every image: ")]
+    assert "weight 0.5, " in line
+    assert "ring gem, " in line
+    assert " age " not in line
+
+
+def test_the_vocabulary_groups_environments_and_explains_numbers(hi5: Command) -> None:
+    shown = hi5("vocabulary").out
+    assert "  studio: studio, " in shown
+    assert "typology angle in degrees (-90..70)" in shown
+    assert "age (default 18..90): numbers or bands" in shown
+    assert "ring (3, default none): none, band, gem" in shown
 
 
 def test_a_wrong_spec_names_field_value_and_remedy(hi5: Command, tmp_path: Path) -> None:

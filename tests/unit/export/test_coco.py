@@ -67,6 +67,8 @@ def test_hands_are_told_apart_by_category_and_carry_their_attributes(tmp_path: P
     assert names[left["category_id"]] == "left_hand"
     assert names[right["category_id"]] == "right_hand"
     assert left["attributes"]["skin_tone"] == "tan"
+    assert left["attributes"]["ring"] == "none"
+    assert left["hi5"]["affect"] == "Enthusiasm, rebelliousness (rock culture)"
     assert (left["id"], right["id"]) == (1, 2)
 
 

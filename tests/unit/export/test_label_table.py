@@ -53,6 +53,8 @@ def test_columns_are_typed_for_arrow_users(tmp_path: Path) -> None:
     write_label_table(tmp_path / "t", [factories.label(3)])
     table = pq.read_table(tmp_path / "t")
     assert table["skin_tone"].to_pylist() == ["tan"]
+    assert table["age"].to_pylist() == ["18..90"]
+    assert table["affect"].to_pylist() == ["Enthusiasm, rebelliousness (rock culture)"]
     flat = table["keypoints_camera_m"].combine_chunks().flatten().flatten()
     assert flat.type == pa.float64()
     assert len(flat) == 63
@@ -61,6 +63,15 @@ def test_columns_are_typed_for_arrow_users(tmp_path: Path) -> None:
 def test_an_empty_table_is_a_table(tmp_path: Path) -> None:
     write_label_table(tmp_path / "t", [])
     assert list(read_label_table(tmp_path / "t")) == []
+
+
+def test_a_table_of_another_version_is_refused_by_name(tmp_path: Path) -> None:
+    write_label_table(tmp_path / "t", [factories.label(3)])
+    table = pq.read_table(tmp_path / "t")
+    older = table.drop_columns(["affect"]).replace_schema_metadata({"format": "hi5.labels/2"})
+    pq.write_table(older, tmp_path / "older")
+    with pytest.raises(NotALabelTable, match=r"hi5\.labels/2.*reads hi5\.labels/3"):
+        read_label_table(tmp_path / "older")
 
 
 def test_points_in_another_order_are_refused(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pytest
 from pycocotools import mask as coco_mask
 
+from hi5_common.domain.affect import POSE_AFFECT
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec, LabelKind, parse_spec
 from hi5_common.domain.vocabulary import Gender, Handedness, KeypointVisibility
@@ -88,6 +89,7 @@ def test_a_label_agrees_with_its_own_matrices_and_masks(hands: HandLibrary, numb
     _check_masks(label, pixels)
     _check_rays(label, geometry, number)
     assert label["in_frame_share"] >= 0.75
+    assert label["affect"] == POSE_AFFECT[scene.cell.pose]
 
 
 def _check_masks(label: dict[str, Any], pixels: F8) -> None:
