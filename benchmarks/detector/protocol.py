@@ -1,12 +1,12 @@
 """Which images are judged: the words of the protocol, read from labels alone."""
 
 from hi5_common.domain.labels import ImageLabel
+from hi5_common.domain.light import LightLevel
 from hi5_common.domain.vocabulary import Attribute
+from services.worker.scene.environments import light_of
 
 MIN_SIDE_PX = 200.0
 SIZE_PX = (640, 640)
-NOT_ORDINARY_LIGHT = frozenset({"night"})
-"""Environments whose light is not ordinary; nor is that of a scene labelled as low light."""
 
 
 def is_judged(label: ImageLabel) -> bool:
@@ -22,10 +22,8 @@ def is_large_and_whole(label: ImageLabel) -> bool:
 
 
 def is_ordinary_light(label: ImageLabel) -> bool:
-    """Tell whether the label calls the light ordinary."""
-    if label.attributes[Attribute.ENVIRONMENT] in NOT_ORDINARY_LIGHT:
-        return False
-    return not label.scene.get("light", {}).get("low_light", False)
+    """Tell whether the label's environment is one whose light is not called low."""
+    return light_of(label.attributes[Attribute.ENVIRONMENT]) is not LightLevel.LOW
 
 
 def box_side_px(label: ImageLabel) -> float:

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SOFTNESS_PX = (0.5, 1.2)
+SOFTNESS_PX = (0.7, 1.6)
+"""From a sharp small picture to one taken by hand: optics, demosaicing, a little movement and
+resampling together."""
 APERTURE_MM = (1.0, 5.0)
 ELECTRONS_AT_WHITE = (6_000.0, 60_000.0)
 READ_NOISE_ELECTRONS = (2.0, 6.0)
