@@ -14,6 +14,7 @@ import itertools
 import platform
 import resource
 import time
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, VALUES, Attribute
 
 SIZES = (12, 24, 100, 144, 1000, 4224, 10_000, 25_344, 100_000, 538_643, 100_000_000)
-EVERYTHING = {
+EVERYTHING: dict[str, Sequence[str | int]] = {
     "age": ["18..30", "30..45", "45..60", "60..90"],
     "weight": ["0..0.33", "0.33..0.67", "0.67..1"],
     "muscle": ["0..0.5", "0.5..1"],
