@@ -108,7 +108,7 @@ def scene_of(sitting: Sitting, hands: HandLibrary) -> HandScene:
 
 
 def _photographed(scene: HandScene, aim: Aim, hands: HandLibrary) -> HandScene:
-    hand = hands.hand(scene.cell.gender, scene.cell.handedness)
+    hand = hands.hand(scene.cell.gender, scene.cell.handedness, scene.shape)
     posed = posed_hand(hand.model, scene.angles)
     skin_m = transformed(scene.hand_to_world, posed.vertices_m)
     keypoints_m = transformed(scene.hand_to_world, posed.keypoints_m)
