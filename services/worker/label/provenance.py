@@ -8,7 +8,7 @@ from hi5_common.domain.spec import Quality
 from hi5_common.version import hi5_version
 from services.worker.render.port import Renderer
 from services.worker.render.settings import RenderSettings
-from services.worker.scene.environments import panorama_sha256
+from services.worker.scene.environments import entry_of, light_of, panorama_sha256
 from services.worker.scene.types import HandScene
 
 
@@ -41,6 +41,7 @@ def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
         "view_attempt": scene.view_attempt,
         "hand_to_world_m": scene.hand_to_world.tolist(),
         "light": asdict(scene.light),
+        "place": _place(scene.light.environment),
         "skin": asdict(scene.skin),
         "worn": asdict(scene.worn),
         "camera_look": asdict(scene.look),
@@ -58,3 +59,8 @@ def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
     # Through JSON once, so that a label read back equals the label that was written.
     plain: dict[str, Any] = json.loads(json.dumps(document))
     return plain
+
+
+def _place(environment: str) -> dict[str, Any]:
+    entry = entry_of(environment)
+    return asdict(entry) | {"light_level": light_of(environment).value}

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from hi5_common.domain.environments import CATALOGUE
+from hi5_common.domain.environments import CATALOGUE, EnvironmentEntry
 from hi5_common.domain.light import LightLevel, light_level
 from hi5_common.settings import Settings
 from services.worker.places.bakery import Oven
@@ -75,16 +75,20 @@ def mean_luminance(environment: str) -> float:
     return float((mean_rgb(load_panorama(environment)) * LUMINANCE).sum())
 
 
-def light_of(environment: str) -> LightLevel:
-    """Return the word for how bright a place is: what its pictures are labelled with.
+def entry_of(environment: str) -> EnvironmentEntry:
+    """Return what is known of a place: from the catalogue, or from when its panorama was added.
 
-    From the catalogue, or what was measured when a panorama was added: no panorama is read.
-    Raises MissingAsset for one that was never added.
+    No panorama is read. Raises MissingAsset for one that was never added.
     """
     entry = CATALOGUE.get(environment)
-    if entry is None:
-        found = find_own(panoramas().assets_dir, environment)
-        if found is None:
-            raise MissingAsset(f"environment: {environment!r} is not among the assets.")
-        entry = found.entry
-    return light_level(entry.luminance)
+    if entry is not None:
+        return entry
+    found = find_own(panoramas().assets_dir, environment)
+    if found is None:
+        raise MissingAsset(f"environment: {environment!r} is not among the assets.")
+    return found.entry
+
+
+def light_of(environment: str) -> LightLevel:
+    """Return the word for how bright a place is: what its pictures are labelled with."""
+    return light_level(entry_of(environment).luminance)
