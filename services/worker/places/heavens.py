@@ -13,6 +13,9 @@ F4 = npt.NDArray[np.float32]
 
 SUN_RADIUS_RAD = math.radians(1.2)
 """The painted sun is this wide, with the true one's irradiance: no texel is a firefly."""
+_SUN_HIDDEN_FROM = 0.5
+_CLEAR_AROUND_SUN = (math.cos(math.radians(13.0)), math.cos(math.radians(4.0)))
+"""Cosines between which clouds give way to the sun: what is lit by it must see it."""
 _CLOUD_OCTAVES = 7
 _LID_TINT = np.array([0.95, 1.0, 1.06])
 
@@ -41,8 +44,8 @@ def whole_sky(
 
 
 def sunlight(sky: Sky, sun: Point) -> Point:
-    """Return the irradiance of the sun that comes through the lid."""
-    share = (1.0 - sky.overcast) ** 3
+    """Return the irradiance of the sun that comes through the lid; a thick one hides its disc."""
+    share = (1.0 - sky.overcast) ** 3 if sky.overcast < _SUN_HIDDEN_FROM else 0.0
     return (sun[0] * share, sun[1] * share, sun[2] * share)
 
 
@@ -121,6 +124,8 @@ def _clouded(upper: Array, sky: Sky, sun: Point, rng: np.random.Generator) -> Ar
     alpha = 1.0 - np.exp(-3.2 * thick)
     # Distant clouds drown in the haze at the horizon.
     alpha *= np.clip(directions[..., 2] / 0.10, 0.0, 1.0) ** 0.7
+    far, near = _CLEAR_AROUND_SUN
+    alpha *= 1.0 - np.clip((cosine - far) / (near - far), 0.0, 1.0)
     size = (upper.shape[1], upper.shape[0])
     share = cv2.resize(alpha, size, interpolation=cv2.INTER_LINEAR)[..., None]
     large = cv2.resize(body, size, interpolation=cv2.INTER_LINEAR)

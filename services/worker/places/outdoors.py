@@ -143,7 +143,10 @@ def desert(rng: np.random.Generator, variant: int) -> Place:
         hills_from_m=(18.0, 420.0, 700.0)[variant % 3],
         peaks=(1.0, 1.5, 1.6)[variant % 3],
     )
-    copies = [*boulders(rng, 150, 2.2, 60.0), *grass(rng, 160, 2.5, 40.0, dry=True)]
+    copies = [
+        *boulders(rng, 150, 2.2, 60.0),
+        *grass(rng, 700 if variant % 3 == 2 else 160, 1.6, 34.0, dry=True),
+    ]
     return _place([base], copies)
 
 

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -38,62 +39,75 @@ def picture(folder: Path) -> bytes:
     return path.read_bytes()
 
 
+class Handler(BaseHTTPRequestHandler):
+    """Answers as its `behaviour` says."""
+
+    behaviour: ClassVar[Behaviour]
+
+    def log_message(self, *_: object) -> None:
+        """Keep quiet."""
+
+    def do_GET(self) -> None:
+        self.behaviour.agents.append(self.headers.get("User-Agent", ""))
+        if self.path == "/file.exr":
+            self._file()
+        elif self.path == f"/info/{ASSET}":
+            categories = ["outdoor", "nature"]
+            self._json(
+                {
+                    "type": 0,
+                    "name": "Test Meadow",
+                    "authors": {AUTHOR: "All"},
+                    "categories": categories,
+                }
+            )
+        elif self.path == f"/files/{ASSET}":
+            md5 = (
+                self.behaviour.md5
+                or hashlib.md5(self.behaviour.exr, usedforsecurity=False).hexdigest()
+            )
+            exr = {
+                "url": f"{self.behaviour.base}/file.exr",
+                "md5": md5,
+                "size": len(self.behaviour.exr),
+            }
+            self._json({"hdri": {"1k": {"exr": exr}, "2k": {"exr": exr}}})
+        elif self.path == "/assets?type=hdris":
+            self._json({"rare": {"download_count": 1}, ASSET: {"download_count": 9}})
+        else:
+            self.send_error(404)
+
+    def _json(self, document: object) -> None:
+        body = json.dumps(document).encode()
+        self.send_response(200)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def _file(self) -> None:
+        asked = self.headers.get("Range")
+        self.behaviour.ranges.append(asked)
+        start = int(asked[6:-1]) if asked and not self.behaviour.ignores_ranges else 0
+        body = self.behaviour.exr[start:]
+        self.send_response(206 if start else 200)
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        if self.behaviour.drops > 0:
+            self.behaviour.drops -= 1
+            self.wfile.write(body[: len(body) // 2])
+            self.wfile.flush()
+            self.connection.close()
+            return
+        self.wfile.write(body)
+
+
 @contextmanager
 def serving(behaviour: Behaviour) -> Iterator[str]:
     """Run the server; yield the address of its API."""
-
-    class Handler(BaseHTTPRequestHandler):
-        def log_message(self, *_: object) -> None:
-            """Keep quiet."""
-
-        def do_GET(self) -> None:
-            behaviour.agents.append(self.headers.get("User-Agent", ""))
-            if self.path == "/file.exr":
-                self._file()
-            elif self.path == f"/info/{ASSET}":
-                categories = ["outdoor", "nature"]
-                self._json(
-                    {
-                        "type": 0,
-                        "name": "Test Meadow",
-                        "authors": {AUTHOR: "All"},
-                        "categories": categories,
-                    }
-                )
-            elif self.path == f"/files/{ASSET}":
-                md5 = behaviour.md5 or hashlib.md5(behaviour.exr, usedforsecurity=False).hexdigest()
-                exr = {"url": f"{behaviour.base}/file.exr", "md5": md5, "size": len(behaviour.exr)}
-                self._json({"hdri": {"1k": {"exr": exr}, "2k": {"exr": exr}}})
-            elif self.path == "/assets?type=hdris":
-                self._json({"rare": {"download_count": 1}, ASSET: {"download_count": 9}})
-            else:
-                self.send_error(404)
-
-        def _json(self, document: object) -> None:
-            body = json.dumps(document).encode()
-            self.send_response(200)
-            self.send_header("Content-Type", "application/json")
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            self.wfile.write(body)
-
-        def _file(self) -> None:
-            asked = self.headers.get("Range")
-            behaviour.ranges.append(asked)
-            start = int(asked[6:-1]) if asked and not behaviour.ignores_ranges else 0
-            body = behaviour.exr[start:]
-            self.send_response(206 if start else 200)
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            if behaviour.drops > 0:
-                behaviour.drops -= 1
-                self.wfile.write(body[: len(body) // 2])
-                self.wfile.flush()
-                self.connection.close()
-                return
-            self.wfile.write(body)
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    server = ThreadingHTTPServer(
+        ("127.0.0.1", 0), type("Told", (Handler,), {"behaviour": behaviour})
+    )
     thread = threading.Thread(target=server.serve_forever, daemon=True)
     thread.start()
     behaviour.base = f"http://127.0.0.1:{server.server_port}"
