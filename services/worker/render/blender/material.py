@@ -88,9 +88,7 @@ def new_skin_material() -> SkinMaterial:
     graph = Graph(material.node_tree)
     principled = _principled(material.node_tree)
     uv = graph.uv(UV_LAYER)
-    pictures = tuple(
-        graph.picture(uv, interpolation) for interpolation in ("Linear", "Linear", "Cubic")
-    )
+    pictures = tuple(graph.picture(uv, "Linear") for _ in range(3))
     glabrous, blood, melanin, veins = graph.channels(pictures[0])
     freckles, age_spots, plate, zone = graph.channels(pictures[1])
     log_base, gains, skin_rgb = _pigmented(
