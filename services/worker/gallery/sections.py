@@ -116,7 +116,9 @@ def _dressed(
     name: str, values: dict[Attribute, str], tone: SkinTone, number: int, pose: Pose
 ) -> Sitting:
     gender = tuple(Gender)[number % 2]
-    arm_m = 0.17 if A.SLEEVE in values else 0.075 if A.WRIST_WEAR in values else 0.0
+    if A.NAIL_POLISH in values and pose is Pose.FIST:
+        pose = Pose.NEUTRAL_RIGID  # a fist hides its nails
+    arm_m = 0.125 if A.SLEEVE in values else 0.075 if A.WRIST_WEAR in values else 0.0
     turn_deg = (20.0, -25.0, 40.0)[number % 3]
     aim = Aim(turn_deg, arm_m=arm_m)
     if not arm_m:
