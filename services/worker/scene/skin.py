@@ -35,7 +35,7 @@ _REDNESS_SPREAD, _RADIUS_SPREAD = 0.9, 0.035
 _MAX_SPREAD = 2.0
 
 _MELANIN_STRENGTH = (1.25, 1.2, 1.1, 0.8, 0.6, 0.5, 0.42, 0.4)
-_BLOOD_STRENGTH = (0.22, 0.25, 0.40, 0.54, 0.62, 0.68, 0.70, 0.70)
+_BLOOD_STRENGTH = (0.20, 0.22, 0.32, 0.40, 0.44, 0.47, 0.47, 0.47)
 _VEIN_STRENGTH = (0.07, 0.08, 0.11, 0.15, 0.18, 0.20, 0.22, 0.23)
 _NAIL_DARKER = (9.0, 9.0, 6.0, 3.0, 1.5, 0.0, 0.0, 0.0)
 """How much lower the L* of a nail bed is than the palm's: beds have some melanin, plates yellow."""
