@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
+from benchmarks.detector.facing import facing
 from benchmarks.detector.score import Judged, Score, Share, by_group, errors_by_keypoint, score
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.vocabulary import KEYPOINTS, Attribute
@@ -31,9 +32,9 @@ def in_words(images: Sequence[Judged]) -> str:
         f"tones            {tone_gap(images):.1%} between the best found and the worst",
         f"found elsewhere  {whole.elsewhere}, counted as not found",
     ]
-    for attribute in GROUPS:
-        lines += ["", f"{attribute.value}: found, mean error of those found"]
-        lines += _group_lines(images, _reader(attribute))
+    for name, group_of in _groupings().items():
+        lines += ["", f"{name}: found, mean error of those found"]
+        lines += _group_lines(images, group_of)
     lines += ["", "mean error by keypoint, % of the box"]
     if whole.found.hits:
         errors = errors_by_keypoint(images)
@@ -48,11 +49,10 @@ def as_json(images: Sequence[Judged]) -> dict[str, object]:
         **_values(score(images)),
         "tone_gap": tone_gap(images),
         "groups": {
-            attribute.value: {
-                name: _values(score(group))
-                for name, group in by_group(images, _reader(attribute)).items()
+            grouping: {
+                name: _values(score(group)) for name, group in by_group(images, group_of).items()
             }
-            for attribute in GROUPS
+            for grouping, group_of in _groupings().items()
         },
         "images": {image.label.file_name: _image(image) for image in images},
     }
@@ -63,6 +63,10 @@ def tone_gap(images: Sequence[Judged]) -> float:
     groups = by_group(images, _reader(Attribute.SKIN_TONE)).values()
     shares = [score(group).found.value for group in groups]
     return max(shares, default=0.0) - min(shares, default=0.0)
+
+
+def _groupings() -> dict[str, Callable[[ImageLabel], str]]:
+    return {"facing": facing} | {attribute.value: _reader(attribute) for attribute in GROUPS}
 
 
 def _reader(attribute: Attribute) -> Callable[[ImageLabel], str]:

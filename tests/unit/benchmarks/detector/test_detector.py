@@ -2,6 +2,7 @@ import math
 
 import pytest
 
+from benchmarks.detector.facing import facing
 from benchmarks.detector.protocol import is_judged
 from benchmarks.detector.report import as_json, in_words, tone_gap
 from benchmarks.detector.score import Finding, Judged, Share, by_group, score
@@ -88,3 +89,29 @@ def test_tones_are_compared_best_with_worst() -> None:
     groups = by_group(images, lambda label: label.attributes[Attribute.SKIN_TONE])
     assert {name: len(group) for name, group in groups.items()} == {"tan": 2, "dark": 2}
     assert "75.0% (3 of 4;" in in_words(images)
+
+
+@pytest.mark.parametrize(
+    ("turn_deg", "side", "expected"),
+    [
+        # Fingers up, forefinger on the picture's left: a left hand's palm, a right hand's back.
+        (0.0, "left", "palm"),
+        (0.0, "right", "back"),
+        (180.0, "left", "back"),
+        (180.0, "right", "palm"),
+        (50.0, "left", "palm"),
+        (70.0, "left", "edge"),
+    ],
+)
+def test_facing_is_the_side_turned_to_the_camera(turn_deg: float, side: str, expected: str) -> None:
+    turn = math.radians(turn_deg)
+    places = {"wrist": (0.0, 0.09), "forefinger1": (-0.02, 0.0), "middle_finger1": (0.0, 0.0)}
+    places |= {"ring_finger1": (0.01, 0.0), "pinky_finger1": (0.03, 0.01)}
+    points = []
+    for number in range(21):
+        point = keypoint(number)
+        across, down = places.get(point.name, (0.0, 0.0))
+        where = (across * math.cos(turn), down, 0.5 + across * math.sin(turn))
+        points.append(point.model_copy(update={"camera_m": where}))
+    attributes = {**ATTRIBUTES, Attribute.HANDEDNESS: side}
+    assert facing(_label(keypoints=tuple(points), attributes=attributes)) == expected
