@@ -27,7 +27,6 @@ from services.worker.scene.types import (
 )
 
 UPRIGHT = Stance(90.0, 0.0)
-CAMERA_DISTANCE_M = 0.55
 MARGIN = 1.12
 """The picture is this much larger than what is looked at."""
 SIDE_DEG = 30.0
@@ -49,6 +48,7 @@ class Aim:
     keypoints: tuple[int, ...] | None = None
     reach_m: float = 0.016
     margin: float = MARGIN
+    distance_m: float = 0.55
     arm_m: float = 0.0
     """How much of the forearm is to be in the picture, if the whole hand is."""
 
@@ -123,13 +123,13 @@ def _photographed(scene: HandScene, aim: Aim, hands: HandLibrary) -> HandScene:
         looked_at = skin_m[~hand.model.forearm]
     if aim.keypoints is not None:
         looked_at = _around(keypoints_m[list(aim.keypoints)], aim.reach_m)
-    camera = _portrait(scene.camera.intrinsics, looked_at, outward, aim.margin)
+    camera = _portrait(scene.camera.intrinsics, looked_at, outward, aim)
     seen = Seen(camera, skin_m, hand.model.hand_quads())
     environment = scene.cell.environment
     rotation_z_deg = _turned_to(environment, seen)
     level_ev = math.log2(WHITE_LEVEL / metered_light(environment, rotation_z_deg, seen))
     light = Light(environment, rotation_z_deg, round(level_ev, 4))
-    view = replace(scene.view, distance_m=CAMERA_DISTANCE_M)
+    view = replace(scene.view, distance_m=aim.distance_m)
     return replace(scene, camera=camera, view=view, light=light)
 
 
@@ -153,7 +153,7 @@ def _around(points_m: Array, reach_m: float) -> Array:
     return cubes
 
 
-def _portrait(lens: Intrinsics, points_m: Array, outward: Array, margin: float) -> Camera:
+def _portrait(lens: Intrinsics, points_m: Array, outward: Array, aim: Aim) -> Camera:
     """Return an upright camera on the `outward` side whose picture the points (N, 3) fill."""
     forward = -outward
     right = np.cross(forward, np.array([0.0, 0.0, 1.0]))
@@ -163,9 +163,9 @@ def _portrait(lens: Intrinsics, points_m: Array, outward: Array, margin: float) 
     middle = (seen.min(axis=0) + seen.max(axis=0)) / 2.0
     world_to_camera = np.eye(4)
     world_to_camera[:3, :3] = rotation
-    world_to_camera[:3, 3] = np.array([0.0, 0.0, CAMERA_DISTANCE_M]) - middle
-    flat = np.abs(((seen - middle) / (seen - middle + CAMERA_DISTANCE_M)[:, 2:])[:, :2])
-    focal_px = lens.width_px / 2.0 / float(flat.max()) / margin
+    world_to_camera[:3, 3] = np.array([0.0, 0.0, aim.distance_m]) - middle
+    flat = np.abs(((seen - middle) / (seen - middle + aim.distance_m)[:, 2:])[:, :2])
+    focal_px = lens.width_px / 2.0 / float(flat.max()) / aim.margin
     centre_px = lens.width_px / 2.0
     square = Intrinsics(focal_px, focal_px, centre_px, centre_px, lens.width_px, lens.height_px)
     return Camera(square, world_to_camera)

@@ -139,7 +139,7 @@ def _environments() -> Section:
         Sitting(
             place,
             {A.ENVIRONMENT: place, A.POSE: Pose.A_OKAY, A.SKIN_TONE: SkinTone.TAN},
-            Aim(150.0, 8.0, margin=1.35),
+            Aim(150.0, 8.0, margin=1.5, distance_m=0.3),
             side_px=400,
             in_place=True,
         )
