@@ -10,6 +10,7 @@ from hi5_common.cli.commands import (
     assets,
     audit,
     balance,
+    clip,
     demo,
     doctor,
     download,
@@ -40,6 +41,7 @@ app.command("plan")(plan.plan)
 app.command("schema")(vocabulary.schema)
 app.command("vocabulary")(vocabulary.vocabulary)
 app.command("render")(render.render)
+app.command("clip")(clip.clip)
 app.command("gallery")(gallery.gallery)
 app.command("up")(up.up)
 app.command("submit")(submit.submit)

@@ -71,18 +71,24 @@ class Studio:
         watch = Stopwatch()
         with watch.phase("scene"):
             scene = sample_scene(spec, plan, index, self.hands)
+        return self.developed(spec, scene, f"{index:09d}", watch)
+
+    def developed(
+        self, spec: DatasetSpec, scene: HandScene, file_stem: str, watch: Stopwatch
+    ) -> Sample:
+        """Return the sample of a resolved scene; the clip's frames are made here too."""
         with watch.phase("geometry"):
             geometry = build_geometry(scene, self.hands)
             mesh = project_mesh(scene.camera, geometry)
         frame = self._frame(spec, scene, geometry, mesh, watch)
         extension = EXTENSIONS[spec.image.format]
         with watch.phase("label"):
-            label = self._label(spec, scene, geometry, mesh, f"{index:09d}.{extension}")
+            label = self._label(spec, scene, geometry, mesh, f"{file_stem}.{extension}")
         with watch.phase("compose"):
             pixels = compose_picture(scene, frame, load_panorama(scene.light.environment))
         with watch.phase("encode"):
             image = encode_picture(pixels, spec.image)
-        return Sample(index, image, extension, label, watch.phases_s)
+        return Sample(scene.index, image, extension, label, watch.phases_s)
 
     def _frame(
         self,

@@ -43,6 +43,21 @@ class Body:
         return self.fine.apply(self.model.weights)
 
     @cached_property
+    def rest_control(self) -> Skin:
+        """The control mesh unposed."""
+        return Skin.of(self.model.vertices_m, self.model.quads)
+
+    @cached_property
+    def all_weights(self) -> F8:
+        """(V+W,B) skin weights of control vertices, then of fine points."""
+        return np.concatenate([self.model.weights, self.weights])
+
+    @cached_property
+    def all_points_m(self) -> F8:
+        """(V+W,3) control vertices, then fine points at rest."""
+        return np.concatenate([self.model.vertices_m, self.rest.points])
+
+    @cached_property
     def nail(self) -> Mask:
         """(W,) the nails."""
         return self.fine.apply(self.model.nail) > 0.5

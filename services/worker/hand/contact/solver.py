@@ -16,22 +16,23 @@ from services.worker.hand.contact.overlap import I8, Search, Skin, overlaps
 from services.worker.hand.contact.wishes import Touch
 from services.worker.hand.limits import HARD_LIMITS_DEG, hard_limit_excess_deg
 from services.worker.hand.model import F8
-from services.worker.hand.parts import HandPart
 
 FREE = np.array([not name.startswith(("wrist", "forearm")) for name in ANGLE_NAMES])
 """The wrist and the forearm move no part of the hand against another."""
-SEARCH = Search(inward_m=0.0045, radius_m=0.0065, aside_m=0.0028, before_m=0.0)
-SQUEEZE_M = 0.0008
-"""Overlap of different parts that soft contact takes up without a trace."""
+SEARCH = Search(inward_m=0.0045, radius_m=0.0075, aside_m=0.0042, before_m=0.0)
+"""Among the vertices of the control mesh: the smooth skin lies a little inside it."""
+SQUEEZE_M = 0.0014
+"""Overlap of control meshes that soft contact takes up without a trace."""
 PRESSURE_M = 0.0004
 """How deep skin that should touch is set into the other skin."""
-DEPTH_SCALE_M = 0.0008
+SQUEEZE_SCALE = 0.35 / 0.0008
+"""Each overlapping point counts little: a patch in contact has dozens."""
+HELD_DEPTH_M, HELD_GAP_M = 0.0027, 0.0006
 TOUCH_SCALE_M = 0.0003
+BESIDE_M = 0.0012
 MOST_STEP_DEG = 5.0
 STEP_DEG = 0.25
-ENOUGH = 0.98
-PATIENCE = 3
-SOLVED_COST = 1e-3
+SOLVED_COST, LEAST_GAIN, MOST_DAMPING = 1e-3, 1e-3, 1e3
 COUPLING_DEG = 6.0
 DIP_SHARE = (0.4, 0.8)
 
@@ -48,13 +49,25 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """Linear conditions on points: residual (N,), gradient taken at `point` minus `cover`."""
+    """Linear conditions on points: residual (N,), gradient taken at `point` minus `cover`.
+
+    Points are rows of Body.all_points_m: control vertices first, then fine ones.
+    """
 
     residual: F8
     point: I8
     cover: I8
     way: F8
     scale: F8
+
+
+def holds(body: Body, task: Task, angles_deg: F8) -> bool:
+    """Tell whether angles solved for another hand do for this one, soft contact helping."""
+    rows = _conditions(body, task, _inside(angles_deg))
+    squeezed = rows.scale == SQUEEZE_SCALE
+    deepest = rows.residual[squeezed].max(initial=0.0) + SQUEEZE_M
+    widest = -rows.residual[~squeezed].min(initial=0.0) - PRESSURE_M
+    return bool(deepest < HELD_DEPTH_M and widest < HELD_GAP_M)
 
 
 def preference_deg() -> F8:
@@ -66,29 +79,54 @@ def preference_deg() -> F8:
 
 
 def solved(body: Body, task: Task, start_deg: F8, steps: int) -> F8:
-    """The best angles (26,) found in a number of steps from a start, inside the hard limits."""
-    angles = _inside(start_deg)
-    best, best_cost, damping, idle = angles, np.inf, 0.3, 0
+    """The best angles (26,) found in a number of trials from a start, inside the hard limits.
+
+    Levenberg and Marquardt: a trial that makes matters worse is taken back and made shorter.
+    """
+    best = _State.of(body, task, _inside(start_deg))
+    matrix, right = best.system(body)
+    damping = 0.03
     for _ in range(steps):
-        rows = _conditions(body, task, angles)
-        personal, slope = _preferences(task, angles)
-        cost = float(np.sum((rows.residual * rows.scale) ** 2) + np.sum(personal**2))
-        idle = 0 if cost < ENOUGH * best_cost else idle + 1
-        if cost < best_cost:
-            best, best_cost, damping = angles, cost, max(damping / 1.5, 0.1)
-        else:
-            damping = min(damping * 2.0, 10.0)
-        if idle > PATIENCE or cost < SOLVED_COST:
-            break
-        matrix = np.concatenate([_jacobian(body, angles, rows), slope])
-        right = np.concatenate([rows.residual * rows.scale, personal])
         normal = np.einsum("ij,ik->jk", matrix, matrix)
-        pull = np.einsum("ij,i->j", matrix, right)
-        step = np.linalg.solve(normal + damping * 0.05 * np.eye(len(pull)), -pull)
-        angles = angles.copy()
+        normal += damping * np.diag(np.diag(normal) + 0.05)
+        step = np.linalg.solve(normal, -np.einsum("ij,i->j", matrix, right))
+        angles = best.angles.copy()
         angles[FREE] += np.clip(step, -MOST_STEP_DEG, MOST_STEP_DEG)
-        angles = _inside(angles)
-    return best
+        trial = _State.of(body, task, _inside(angles))
+        if trial.cost < best.cost:
+            gained = best.cost - trial.cost
+            best, damping = trial, max(damping / 3.0, 1e-3)
+            if best.cost < SOLVED_COST or gained < LEAST_GAIN:
+                break
+            matrix, right = best.system(body)
+        elif (damping := damping * 4.0) > MOST_DAMPING:
+            break
+    return best.angles
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """Angles with everything that is wrong with them."""
+
+    angles: F8
+    rows: "_Rows"
+    personal: F8
+    slope: F8
+
+    @classmethod
+    def of(cls, body: Body, task: Task, angles_deg: F8) -> "_State":
+        rows = _conditions(body, task, angles_deg)
+        return cls(angles_deg, rows, *_preferences(task, angles_deg))
+
+    @property
+    def cost(self) -> float:
+        rows = self.rows
+        return float(np.sum((rows.residual * rows.scale) ** 2) + np.sum(self.personal**2))
+
+    def system(self, body: Body) -> tuple[F8, F8]:
+        """The linear least squares problem about these angles."""
+        matrix = np.concatenate([_jacobian(body, self.angles, self.rows), self.slope])
+        return matrix, np.concatenate([self.rows.residual * self.rows.scale, self.personal])
 
 
 def _inside(angles_deg: F8) -> F8:
@@ -98,23 +136,26 @@ def _inside(angles_deg: F8) -> F8:
 
 
 def _conditions(body: Body, task: Task, angles_deg: F8) -> _Rows:
-    skin = Skin.smooth(body.fine, body.control_m(angles_deg))
-    found = [_squeezed(body, skin), *(_apart(body, skin, touch) for touch in task.touches)]
+    control_m = body.control_m(angles_deg)
+    found = [_squeezed(body, Skin.of(control_m, body.model.quads))]
+    if task.touches:
+        skin = Skin.smooth(body.fine, control_m)
+        found += [_apart(body, skin, touch) for touch in task.touches]
     names = ("residual", "point", "cover", "way", "scale")
     return _Rows(*(np.concatenate([getattr(rows, name) for rows in found]) for name in names))
 
 
 def _squeezed(body: Body, skin: Skin) -> _Rows:
     """Overlap beyond what flesh takes up: the deepest cover of every point."""
-    hand = np.flatnonzero(~body.of_parts((HandPart.FOREARM,)))
-    pairs = overlaps(skin, body.rest, hand, SEARCH)
+    hand = np.flatnonzero(~body.model.forearm)
+    pairs = overlaps(skin, body.rest_control, hand, SEARCH)
     order = np.lexsort((-pairs.depth, pairs.point))
     first = np.unique(pairs.point[order], return_index=True)[1]
     rows = order[first]
     point, cover = pairs.point[rows], pairs.cover[rows]
     beyond = pairs.depth[rows] - SQUEEZE_M
     keep = beyond > 0
-    scale = np.full(int(keep.sum()), 0.35 / DEPTH_SCALE_M)
+    scale = np.full(int(keep.sum()), SQUEEZE_SCALE)
     return _Rows(beyond[keep], point[keep], cover[keep], pairs.normal[rows][keep], scale)
 
 
@@ -128,12 +169,14 @@ def _apart(body: Body, skin: Skin, touch: Touch) -> _Rows:
     normal = skin.normals[cover] - skin.normals[point]
     normal = normal / (np.linalg.norm(normal, axis=1, keepdims=True) + 1e-9)
     gap = np.einsum("pk,pk->p", skin.points[point] - skin.points[cover], normal)
-    if distance[i, j] > 0.004:
+    # Points beside each other are apart although neither lies above the other's skin.
+    if distance[i, j] ** 2 - gap[0] ** 2 > BESIDE_M**2:
         normal = way[i, j][None] / distance[i, j]
         gap = distance[i, j : j + 1]
     wanted = gap + PRESSURE_M
     scale = np.where(wanted > 0, 1.0 / TOUCH_SCALE_M, 0.0)
-    return _Rows(-wanted, point, cover, normal, scale)
+    count = len(body.model.vertices_m)
+    return _Rows(-wanted, point + count, cover + count, normal, scale)
 
 
 def _jacobian(body: Body, angles_deg: F8, rows: _Rows) -> F8:
@@ -144,7 +187,8 @@ def _jacobian(body: Body, angles_deg: F8, rows: _Rows) -> F8:
     base = body.bones(angles_deg)
     columns = []
     ends = [
-        (body.weights[rows_of], body.rest.points[rows_of]) for rows_of in (rows.point, rows.cover)
+        (body.all_weights[rows_of], body.all_points_m[rows_of])
+        for rows_of in (rows.point, rows.cover)
     ]
     for k in np.flatnonzero(FREE):
         moved = angles_deg.copy()
