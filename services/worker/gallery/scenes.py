@@ -14,7 +14,7 @@ from services.worker.hand.skin import posed_hand
 from services.worker.scene.exposure import Seen, light_on_hand, metered_light
 from services.worker.scene.geometry import transformed
 from services.worker.scene.library import HandLibrary
-from services.worker.scene.poses import blended_angles
+from services.worker.scene.poses import solved_angles
 from services.worker.scene.sampling import hand_to_world, sample_scene
 from services.worker.scene.types import (
     Array,
@@ -100,7 +100,7 @@ def scene_of(sitting: Sitting, hands: HandLibrary) -> HandScene:
     posed_scene = replace(
         drawn,
         blend=blend,
-        angles=blended_angles(blend),
+        angles=solved_angles(drawn.cell.gender, drawn.cell.pose, drawn.shape),
         stance=UPRIGHT,
         hand_to_world=placed,
     )
