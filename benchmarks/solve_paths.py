@@ -54,7 +54,7 @@ def main() -> None:
 
 def chosen(cache_dir: Path, pair: tuple[int, int]) -> int:
     """The first free detour, or the one that squeezes least."""
-    depths = []
+    depths: list[float] = []
     for detour in DETOURS:
         depths.append(deepest_m(cache_dir, pair, detour, min(depths, default=np.inf)))
         if depths[-1] <= FREE_M:
@@ -66,9 +66,9 @@ def deepest_m(cache_dir: Path, pair: tuple[int, int], detour: Detour, worst: flo
     """The deepest overlap on the way; stops at `worst`."""
     deepest = 0.0
     for gender in TRIED:
-        ends = [_pose_deg(gender, pose) for pose in pair]
+        start, end = (_pose_deg(gender, pose) for pose in pair)
         for t in PLACES:
-            angles = along(*ends, detour, t)
+            angles = along(start, end, detour, t)
             model = _model(cache_dir, gender)
             skin_m = unpressed(model, angles, posed_bones(model, angles))
             posed = Skin.of(skin_m, model.quads)

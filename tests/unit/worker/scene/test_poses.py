@@ -82,7 +82,7 @@ def test_a_way_is_continuous_and_within_limits(target: Pose) -> None:
 
 
 def test_t_outside_the_way_is_refused() -> None:
-    with pytest.raises(ValueError, match="t is 1.5"):
+    with pytest.raises(ValueError, match=r"t is 1\.5"):
         between(Gender.MALE, AVERAGE, Pose.FIST, Pose.FIVE, 1.5)
 
 
