@@ -48,6 +48,9 @@ class Aim:
     keypoints: tuple[int, ...] | None = None
     reach_m: float = 0.016
     margin: float = MARGIN
+    span_m: float | None = None
+    """How much the picture is wide at the hand; None: as what is looked at needs."""
+
     distance_m: float = 0.55
     arm_m: float = 0.0
     """How much of the forearm is to be in the picture, if the whole hand is."""
@@ -165,7 +168,10 @@ def _portrait(lens: Intrinsics, points_m: Array, outward: Array, aim: Aim) -> Ca
     world_to_camera[:3, :3] = rotation
     world_to_camera[:3, 3] = np.array([0.0, 0.0, aim.distance_m]) - middle
     flat = np.abs(((seen - middle) / (seen - middle + aim.distance_m)[:, 2:])[:, :2])
-    focal_px = lens.width_px / 2.0 / float(flat.max()) / aim.margin
+    half = float(flat.max()) * aim.margin
+    if aim.span_m is not None:
+        half = aim.span_m / 2.0 / aim.distance_m
+    focal_px = lens.width_px / 2.0 / half
     centre_px = lens.width_px / 2.0
     square = Intrinsics(focal_px, focal_px, centre_px, centre_px, lens.width_px, lens.height_px)
     return Camera(square, world_to_camera)

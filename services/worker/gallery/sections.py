@@ -54,18 +54,18 @@ def _tones() -> Section:
 
 
 def _shapes() -> Section:
-    shapes = (("average", HandShape.average()), *SHAPE_EXTREMES)
+    shapes = (*SHAPE_EXTREMES, ("average", HandShape.average()))
     sittings = tuple(
         Sitting(
             f"{name}, {gender.value}",
             {A.GENDER: gender, A.POSE: Pose.NEUTRAL_RELAXED, **_shape_values(shape)},
-            Aim(12.0, margin=1.0),
+            Aim(12.0, span_m=0.205),
             side_px=240,
         )
         for gender in Gender
         for name, shape in shapes
     )
-    return Section("shapes", "Shape: each factor at either end, the others average", 8, sittings)
+    return Section("shapes", "Shape: each factor at either end, the others average", 5, sittings)
 
 
 def _shape_values(shape: HandShape) -> dict[Attribute, str]:
