@@ -76,7 +76,11 @@ def moments(spec: DatasetSpec, studio: Studio, index: int, frames: int, fps: flo
             frame,
             float(times_s[frame]),
             float(phases[frame]),
-            replace(still, angles=within_limits(pose.as_array() + noise)),
+            replace(
+                still,
+                angles=within_limits(pose.as_array() + noise),
+                blend=blend if motion else replace(blend, t=float(phases[frame])),
+            ),
         )
         for frame, pose in enumerate(poses)
     ]
