@@ -103,6 +103,7 @@ def scene_of(sitting: Sitting, hands: HandLibrary) -> HandScene:
     posed_scene = replace(
         drawn,
         blend=blend,
+        phase=None,
         angles=solved_angles(drawn.cell.gender, drawn.cell.pose, drawn.shape),
         stance=UPRIGHT,
         hand_to_world=placed,

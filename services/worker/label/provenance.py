@@ -35,6 +35,7 @@ def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
     document = {
         "shape": asdict(scene.shape),
         "pose_blend": asdict(scene.blend),
+        "motion_phase": scene.phase,
         "joint_angles_deg": asdict(scene.angles),
         "stance": asdict(scene.stance),
         "view": asdict(scene.view),

@@ -81,13 +81,6 @@ def _solved() -> dict[tuple[Gender, Pose], dict[str, Array]]:
     }
 
 
-def blended_angles(blend: PoseBlend) -> JointAngles:
-    """Interpolate the table's own joint angles, for no hand in particular, within the limits."""
-    library = pose_library()
-    source, target = library[blend.source].as_array(), library[blend.target].as_array()
-    return within_limits((1.0 - blend.t) * source + blend.t * target)
-
-
 def draw_blend(pose: Pose, rng: np.random.Generator, most: float) -> PoseBlend:
     """Draw a way from `pose` towards another pose, at most the share `most` of it gone."""
     others = [other for other in Pose if other is not pose]

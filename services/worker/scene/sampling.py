@@ -18,7 +18,7 @@ from services.worker.scene.camera_look import draw_camera_look
 from services.worker.scene.exposure import Seen, metered_light
 from services.worker.scene.geometry import ornaments_on, transformed
 from services.worker.scene.library import HandLibrary
-from services.worker.scene.poses import blended_angles, draw_blend
+from services.worker.scene.posture import draw_posture
 from services.worker.scene.shape import draw_shape
 from services.worker.scene.skin import skin_of
 from services.worker.scene.types import Array, Camera, HandScene, Light, PolarView, Skin, Stance
@@ -32,7 +32,6 @@ from services.worker.scene.view import (
     view_will_do,
 )
 
-MAX_BLEND = 0.25
 MAX_VIEW_ATTEMPTS = 1000
 EXPOSURE_SPREAD_EV = 0.35
 MAX_EXPOSURE_SPREAD_EV = 0.7
@@ -53,12 +52,12 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     exact. Raises NoViewFound after MAX_VIEW_ATTEMPTS.
     """
     cell = plan.cell(index)
-    blend = draw_blend(cell.pose, factor_rng(spec.seed, index, "pose_blend"), MAX_BLEND)
-    angles = blended_angles(blend)
-    shape = draw_shape(cell, factor_rng(spec.seed, index, "shape"))
+    rng_of = partial(factor_rng, spec.seed, index)
+    shape = draw_shape(cell, rng_of("shape"))
     hand = hands.hand(cell.gender, cell.handedness, shape)
-    posed = posed_hand(hand.model, angles)
-    worn = draw_ornaments(cell, partial(factor_rng, spec.seed, index))
+    posture = draw_posture(cell, shape, hand.model, rng_of)
+    posed = posed_hand(hand.model, posture.angles)
+    worn = draw_ornaments(cell, rng_of)
     viewed = ViewedHand.of(hand, posed, ornaments_on(worn, hand, posed))
     for attempt in range(MAX_VIEW_ATTEMPTS):
         stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, viewed)
@@ -67,23 +66,24 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     else:
         raise NoViewFound(f"Image {index}: none of {MAX_VIEW_ATTEMPTS} views shows the hand.")
     seen = Seen(camera, transformed(placed, posed.vertices_m), hand.model.hand_quads())
-    light = _draw_light(cell.environment, seen, factor_rng(spec.seed, index, "light"))
+    light = _draw_light(cell.environment, seen, rng_of("light"))
     return HandScene(
         index=index,
         cell=cell,
         shape=shape,
-        blend=blend,
-        angles=angles,
+        blend=posture.blend,
+        phase=posture.phase,
+        angles=posture.angles,
         stance=stance,
         view=view,
         hand_to_world=placed,
         camera=camera,
         light=light,
-        skin=_draw_skin(cell, shape.age_years, partial(factor_rng, spec.seed, index)),
+        skin=_draw_skin(cell, shape.age_years, rng_of),
         view_attempt=attempt,
         render_seed=render_seed(spec.seed, index),
         worn=worn,
-        look=draw_camera_look(factor_rng(spec.seed, index, "camera_look"), light.exposure_ev),
+        look=draw_camera_look(rng_of("camera_look"), light.exposure_ev),
     )
 
 

@@ -21,9 +21,9 @@ def draw_shape(cell: Cell, rng: np.random.Generator) -> HandShape:
     is fixed moves no other factor.
     """
     shares = rng.uniform(size=6).tolist()
-    bands = (cell.age, cell.weight, cell.muscle)
-    bands += (cell.finger_length, cell.finger_thickness, cell.hand_scale)
-    age, weight, muscle, length, thickness, scale = map(parse_band, bands)
+    age, weight, muscle = map(parse_band, (cell.age, cell.weight, cell.muscle))
+    fingers_and_scale = (cell.finger_length, cell.finger_thickness, cell.hand_scale)
+    length, thickness, scale = map(parse_band, fingers_and_scale)
     return HandShape(
         age_years=age.at(shares[0]),
         weight=_within(BUILD, weight, shares[1]),

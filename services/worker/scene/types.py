@@ -165,6 +165,7 @@ class PolarView:
 class HandScene:
     """One image's scene. `view_attempt` counts the views that were rejected before this one.
 
+    phase is the moment (0..1 of a period) of a pose that is a motion, None for one that is not.
     hand_to_world (4, 4) takes the posed hand's elbow frame to the world, metres.
     """
 
@@ -172,6 +173,7 @@ class HandScene:
     cell: Cell
     shape: HandShape
     blend: PoseBlend
+    phase: float | None
     angles: JointAngles
     stance: Stance
     view: PolarView

@@ -16,7 +16,7 @@ STRIPE_EDGE = 8.0
 RELIEF = 0.35
 """Height of threads and stitches, by their width."""
 
-Socket = bpy.types.NodeSocket
+type Socket = bpy.types.NodeSocket
 
 
 @dataclass(frozen=True)
