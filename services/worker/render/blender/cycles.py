@@ -32,6 +32,7 @@ class CyclesRenderer:
         camera.new_camera(self._scene)
         self._film = film.MemoryFile()
         self._ornaments = OrnamentRack(self._scene)
+        self._persistent_data = persistent_data
         self._hand: bpy.types.Object | None = None
         self._topology: npt.NDArray[np.int32] | None = None
 
@@ -50,12 +51,15 @@ class CyclesRenderer:
         """Return the hand on the pixels of `region`, which must not be empty."""
         started = time.perf_counter()
         self._place(geometry)
+        dressed = bool(geometry.ornaments or self._ornaments.shown)
         self._ornaments.show(geometry.ornaments)
         level = level_for(scene.camera, geometry.keypoints_m)
         self._skin.paint(scene.skin, self._shelf.images(scene.cell.gender, level))
         self._light(scene.light)
         camera.aim(self._scene, scene.camera, region)
         session.apply_settings(self._scene, settings, scene.render_seed)
+        # What comes and goes would leave the kept scene in an order that depends on the past.
+        self._scene.render.use_persistent_data = self._persistent_data and not dressed
         placed = time.perf_counter()
         rgba = film.shoot(self._scene, self._film)
         traced = time.perf_counter()
