@@ -27,7 +27,6 @@ PRESSURE_M = 0.0004
 """How deep skin that should touch is set into the other skin."""
 SQUEEZE_SCALE = 0.35 / 0.0008
 """Each overlapping point counts little: a patch in contact has dozens."""
-HELD_DEPTH_M, HELD_GAP_M = 0.0027, 0.0006
 TOUCH_SCALE_M = 0.0003
 BESIDE_M = 0.0012
 MOST_STEP_DEG = 5.0
@@ -59,15 +58,6 @@ class _Rows:
     cover: I8
     way: F8
     scale: F8
-
-
-def holds(body: Body, task: Task, angles_deg: F8) -> bool:
-    """Tell whether angles solved for another hand do for this one, soft contact helping."""
-    rows = _conditions(body, task, _inside(angles_deg))
-    squeezed = rows.scale == SQUEEZE_SCALE
-    deepest = rows.residual[squeezed].max(initial=0.0) + SQUEEZE_M
-    widest = -rows.residual[~squeezed].min(initial=0.0) - PRESSURE_M
-    return bool(deepest < HELD_DEPTH_M and widest < HELD_GAP_M)
 
 
 def preference_deg() -> F8:

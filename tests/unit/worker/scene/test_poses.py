@@ -16,6 +16,7 @@ from services.worker.scene.noise import drawn_noise_deg, freedom, with_noise
 from services.worker.scene.path import between
 from services.worker.scene.pose_check import judge_pose, judged
 from services.worker.scene.poses import pose_library, solved_angles
+from services.worker.scene.solving import solved_pose_deg
 
 AVERAGE = HandShape.average()
 
@@ -122,3 +123,12 @@ def test_motions_loop_and_move(pose: Pose) -> None:
     np.testing.assert_allclose(way[0], way[-1], atol=1e-9)
     assert np.abs(np.diff(way, axis=0)).max() < 2.0
     assert np.ptp(way, axis=0).max() > 20.0
+
+
+def test_the_file_of_solved_poses_is_what_the_solver_finds(cache: Path) -> None:
+    body = Body.of(load_family(Gender.FEMALE, cache).shaped(AVERAGE))
+    for pose in (Pose.INDEX_TIP, Pose.NEUTRAL_RIGID):
+        table = pose_library()[pose].as_array()
+        again = solved_pose_deg(body, pose, table, None)
+        filed = solved_angles(Gender.FEMALE, pose, AVERAGE).as_array()
+        np.testing.assert_allclose(again, filed, atol=0.5)
