@@ -47,7 +47,7 @@ class RenderProcess:
 
     def __init__(self, job: RenderJob, folder: Path, command: Sequence[str]) -> None:
         self._folder = folder
-        self._events: deque[ChildEvent] = deque()
+        self._lines: deque[bytes] = deque()
         self._partial = b""
         self._status: int | None = None
         self._reader, writer = os.pipe()
@@ -67,13 +67,14 @@ class RenderProcess:
 
         Raises ChildGone at the end and ProtocolError for a line that is no event.
         """
-        if not self._events:
+        if not self._lines:
             # A grandchild may hold the pipe open: the child's own end counts, not the pipe's.
             gone = self._poll() is not None
             readable = self._selector.select(0 if gone else timeout_s)
             if (not readable or not self._read()) and gone:
                 raise ChildGone
-        return self._events.popleft() if self._events else None
+        # Parsed one by one: a line that is no event must not cost those before it.
+        return parse_event(self._lines.popleft()) if self._lines else None
 
     def kill(self) -> None:
         """Kill the child and all it has started; wait until it is gone."""
@@ -121,7 +122,7 @@ class RenderProcess:
         if not data and self._status is None:
             time.sleep(0.01)  # the pipe is closed and the child about to end
         *lines, self._partial = (self._partial + data).split(b"\n")
-        self._events.extend(parse_event(line) for line in lines if line.strip())
+        self._lines.extend(line for line in lines if line.strip())
         return bool(data)
 
 
