@@ -22,7 +22,7 @@ from services.worker.label.label import label_image
 from services.worker.label.projected import project_mesh
 from services.worker.scene.geometry import build_geometry
 from services.worker.scene.library import HandLibrary
-from services.worker.scene.poses import pose_library
+from services.worker.scene.poses import pose_library, solved_angles
 from services.worker.scene.sampling import hand_to_world, sample_scene
 from services.worker.scene.types import HandScene, Intrinsics, PolarView, SceneGeometry, Stance
 from services.worker.scene.view import camera_at
@@ -168,7 +168,9 @@ def test_the_wrist_of_an_open_hand_shows_from_all_sides_but_the_thumbs(
     wanted = {"pose": ["finger_spread_normal"], "gender": ["male"], **average}
     spec = parse_spec({"count": 1, "seed": 3, "attributes": wanted})
     scene = sample_scene(spec, Plan.of(spec), 0, hands)
-    upright = replace(scene, hand_to_world=hand_to_world(Stance(90.0, 0.0), scene.cell))
+    stance = hand_to_world(Stance(90.0, 0.0), scene.cell)
+    still = solved_angles(scene.cell.gender, scene.cell.pose, scene.shape)
+    upright = replace(scene, hand_to_world=stance, angles=still)
     geometry = build_geometry(upright, hands)
     lens = Intrinsics(400.0, 400.0, 160.0, 160.0, 320, 320)
     for azimuth_deg in (0, 30, 60, 120, 150, 180, 210, 240, 270, 300, 330):  # the thumb is at 90
