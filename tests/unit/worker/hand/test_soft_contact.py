@@ -7,11 +7,12 @@ from services.worker.hand.contact.folds import folded
 from services.worker.hand.contact.measure import self_penetration
 from services.worker.hand.model import F8, HandModel
 from services.worker.hand.pose import posed_bones
+from services.worker.hand.shape import HandShape
 from services.worker.hand.skin import posed_hand, skinned, unpressed
-from services.worker.hand.soft_contact import pressed
+from services.worker.hand.soft_contact import MOST_M, pressed
 from services.worker.hand.subdivide import subdivision
 from services.worker.hand.surface import triangles, volume_m3
-from services.worker.scene.poses import pose_library
+from services.worker.scene.poses import pose_library, solved_angles
 
 
 def raw_skin(hand: HandModel, pose: Pose) -> F8:
@@ -37,13 +38,15 @@ def test_a_hand_that_touches_nothing_is_not_pressed(hand: HandModel) -> None:
 
 
 def test_overlapping_fingertips_are_pressed_flat(hand: HandModel) -> None:
-    pinch = pose_library()[Pose.INDEX_TIP]
-    firm = replace(pinch, thumb_ip_flex=pinch.thumb_ip_flex + 8.0)
+    pinch = solved_angles(hand.gender, Pose.INDEX_TIP, HandShape.average())
+    firm = replace(pinch, thumb_ip_flex=pinch.thumb_ip_flex + 3.0)
     raw = unpressed(hand, firm, posed_bones(hand, firm))
     assert deepest_mm(hand, raw) > 0.8
     soft, faces = pressed(hand, raw), triangles(hand.quads)
     assert deepest_mm(hand, soft) < 0.5
-    assert np.linalg.norm(soft - raw, axis=1).max() < 0.003
+    moved = np.linalg.norm(soft - raw, axis=1)
+    assert 0 < (moved > 0.001).sum() < 200
+    assert moved.max() <= MOST_M
     assert abs(volume_m3(soft, faces) / volume_m3(raw, faces) - 1.0) < 0.01
 
 
