@@ -13,10 +13,13 @@ import numpy.typing as npt
 
 from hi5_common.domain.light import LOW_BELOW, LightLevel, light_level
 from services.worker.scene.environments import LUMINANCE, load_panorama, mean_luminance
-from services.worker.scene.types import Array, Camera
+from services.worker.scene.types import Array, Camera, Rgb
 from services.worker.scene.view import camera_position
 
 MAX_LOW_LIGHT_EV = 1.5
+SKIN_SHARE_OF_METER = 0.25
+METERED_ALBEDO = 0.25
+"""Luminance of the skin at which the exposure goes by the light alone; skins are 0.04 to 0.45."""
 PATCH_PX = 32
 """Side of the blocks of panorama that count as one distant lamp each."""
 
@@ -90,6 +93,17 @@ def low_light_ev(luminance: float) -> float:
         return 0.0
     further = math.log2(LOW_BELOW / max(luminance, 1e-9))
     return min(0.5 + 0.5 * further, MAX_LOW_LIGHT_EV)
+
+
+def skin_lift_ev(dorsum_rgb: Rgb) -> float:
+    """Return the stops that a camera adds for dark skin and takes off for light skin.
+
+    A camera meters what its sensor gets, not the light: the hand fills about a quarter of what is
+    metered, so a quarter of what the skin is darker than METERED_ALBEDO is made up for. Darker skin
+    stays darker in the picture.
+    """
+    albedo = float(np.dot(dorsum_rgb, LUMINANCE))
+    return SKIN_SHARE_OF_METER * math.log2(METERED_ALBEDO / albedo)
 
 
 def light_on_hand(environment: str, rotation_z_deg: float, seen: Seen) -> float:

@@ -15,7 +15,7 @@ from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
 from services.worker.hand.skin import posed_hand
 from services.worker.ornaments.draw import FactorRng, draw_nail_polish, draw_ornaments
 from services.worker.scene.camera_look import draw_camera_look
-from services.worker.scene.exposure import Seen, metered_light
+from services.worker.scene.exposure import Seen, metered_light, skin_lift_ev
 from services.worker.scene.geometry import ornaments_on, transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.posture import draw_posture
@@ -35,7 +35,7 @@ from services.worker.scene.view import (
 MAX_VIEW_ATTEMPTS = 1000
 EXPOSURE_SPREAD_EV = 0.35
 MAX_EXPOSURE_SPREAD_EV = 0.7
-WHITE_LEVEL = 0.55
+WHITE_LEVEL = 0.65
 """Linear display level of what is metered, which is the seen side of the hand painted white."""
 EXPOSURE_DECIMALS = 4
 """Coarser than what processors disagree about in a sum, finer than a step of 8 bits."""
@@ -66,7 +66,8 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
     else:
         raise NoViewFound(f"Image {index}: none of {MAX_VIEW_ATTEMPTS} views shows the hand.")
     seen = Seen(camera, transformed(placed, posed.vertices_m), hand.model.hand_quads())
-    light = _draw_light(cell.environment, seen, rng_of("light"))
+    skin = _draw_skin(cell, shape.age_years, rng_of)
+    light = _draw_light(cell.environment, seen, skin, rng_of("light"))
     return HandScene(
         index=index,
         cell=cell,
@@ -79,7 +80,7 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
         hand_to_world=placed,
         camera=camera,
         light=light,
-        skin=_draw_skin(cell, shape.age_years, rng_of),
+        skin=skin,
         view_attempt=attempt,
         render_seed=render_seed(spec.seed, index),
         worn=worn,
@@ -120,9 +121,10 @@ def _draw_skin(cell: Cell, age_years: float, rng_of: FactorRng) -> Skin:
     return replace(skin, nail_polish=polish)
 
 
-def _draw_light(environment: str, seen: Seen, rng: np.random.Generator) -> Light:
+def _draw_light(environment: str, seen: Seen, skin: Skin, rng: np.random.Generator) -> Light:
     turn_deg = float(rng.uniform(0.0, 360.0))
     base_ev = math.log2(WHITE_LEVEL / metered_light(environment, turn_deg, seen))
+    base_ev += skin_lift_ev(skin.dorsum_rgb)
     most = MAX_EXPOSURE_SPREAD_EV
     spread_ev = float(np.clip(rng.normal(0.0, EXPOSURE_SPREAD_EV), -most, most))
     return Light(environment, turn_deg, round(base_ev + spread_ev, EXPOSURE_DECIMALS))

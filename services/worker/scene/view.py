@@ -37,10 +37,12 @@ class ViewRange:
     elevation_deg: tuple[float, float]
 
 
+# A bystander stands beside or at an angle: who talks with somebody is seldom watched along the
+# edge of the hand.
 VIEW_RANGES = {
     Viewpoint.FIRST_PERSON: ViewRange((180.0,), 30.0, (10.0, 55.0)),
     Viewpoint.SECOND_PERSON: ViewRange((0.0,), 50.0, (-10.0, 35.0)),
-    Viewpoint.THIRD_PERSON: ViewRange((-90.0, 90.0), 40.0, (-20.0, 45.0)),
+    Viewpoint.THIRD_PERSON: ViewRange((-70.0, 70.0), 35.0, (-20.0, 45.0)),
 }
 
 
