@@ -2,9 +2,9 @@
 
 Skinning lets fingers, and the folds of bent joints, pass through each other. Here every point of
 the skin that lies inside other flesh is pushed out, each side half the way, along the other side's
-normal. What is judged is the smooth surface, subdivided once; what moves is the control mesh. The
-flesh pushed away swells beside the contact. Elementwise arithmetic and sums in a fixed order only,
-so the result does not depend on the number of threads.
+normal. What is judged is the smooth surface, subdivided once; what moves is the control mesh.
+Flesh is not conserved: nothing swells beside a contact. Elementwise arithmetic and sums in a fixed
+order only, so the result does not depend on the number of threads.
 """
 
 from dataclasses import dataclass
