@@ -79,6 +79,11 @@ def between(gender: Gender, shape: HandShape, source: Pose, target: Pose, t: flo
     return along(start, end, DETOURS[_detours()[source, target]], t)
 
 
+def goes_round(source: Pose, target: Pose) -> bool:
+    """Whether the way between two poses leaves the straight one, opening the hand on the way."""
+    return _detours()[source, target] != 0
+
+
 def along(source_deg: Array, target_deg: Array, detour: Detour, t: float) -> JointAngles:
     """The place t (0..1) on the way between angles (26,), by a detour."""
     gone = _waited(t, detour.wait)
