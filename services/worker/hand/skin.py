@@ -1,6 +1,7 @@
 """Skinning: bone transforms to posed skin and keypoints."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,8 +26,13 @@ class PosedHand:
     """(B,4,4) from rest to the elbow frame."""
 
 
+@lru_cache(maxsize=1)
 def posed_hand(model: HandModel, angles: JointAngles) -> PosedHand:
-    """The model in this pose: skin and keypoints in the elbow frame."""
+    """The model in this pose: skin and keypoints in the elbow frame.
+
+    The last one is kept: a scene's view is judged by the hand that is then rendered, and a fist
+    takes a tenth of a second.
+    """
     bones = posed_bones(model, angles)
     return PosedHand(
         pressed(model, unpressed(model, angles, bones)),

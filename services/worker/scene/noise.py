@@ -42,9 +42,9 @@ _FACTOR = np.linalg.cholesky(FINGER_COUPLING)
 
 @dataclass(frozen=True)
 class Freedom:
-    """Share 0..1 of the noise that each digit (thumb first) is free to take."""
+    """Share 0..1 of the noise that each of the five digits (thumb first) is free to take."""
 
-    digits: tuple[float, float, float, float, float]
+    digits: tuple[float, ...]
 
 
 def freedom(source: Pose, target: Pose, t: float) -> Freedom:
@@ -58,7 +58,7 @@ def freedom(source: Pose, target: Pose, t: float) -> Freedom:
         if near
     }
     held = HELD + (1.0 - HELD) * loose
-    return Freedom(tuple(held if digit in touching else 1.0 for digit in DIGITS))  # type: ignore[arg-type]
+    return Freedom(tuple(held if digit in touching else 1.0 for digit in DIGITS))
 
 
 def with_noise(
