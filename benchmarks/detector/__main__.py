@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.detector.environment import HERE, ROOT, Detector, open_detector
-from benchmarks.detector.pictures import IMAGES, benchmark_spec, read_labels, render_judged
+from benchmarks.detector.pictures import IMAGES, benchmark_specs, read_labels, render_judged
 from benchmarks.detector.protocol import is_judged
 from benchmarks.detector.report import as_json, in_words
 from benchmarks.detector.score import Finding, Judged
@@ -34,13 +34,18 @@ def main() -> int:
     """Run the command; return its exit code."""
     asked = _parser().parse_args()
     detector = open_detector(ROOT / ".tools" / "detector")
-    folder = asked.images or asked.out or Path(tempfile.mkdtemp(prefix="hi5-detector-"))
-    if asked.images is None:
-        render_judged(benchmark_spec(asked.count, asked.seed), folder, asked.threads)
-    every = read_labels(folder)
-    labels = [label for label in every if is_judged(label)]
-    version, images = find_hands(detector, folder, labels)
-    made = f"--count {asked.count} --seed {asked.seed}" if asked.images is None else "--images"
+    folders = asked.images or [asked.out or Path(tempfile.mkdtemp(prefix="hi5-detector-"))]
+    made = "--images, of " + ", ".join(folder.name for folder in folders)
+    if not asked.images:
+        specs = benchmark_specs(asked.count, asked.seed, asked.paired_tones)
+        render_judged(specs, folders[0], asked.threads)
+        made = f"--count {asked.count} --seed {asked.seed}"
+        made += " --paired-tones" if asked.paired_tones else ""
+    images: list[Judged] = []
+    version = ""
+    for folder in folders:
+        version, found = find_hands(detector, folder, list(filter(is_judged, read_labels(folder))))
+        images += found
     machine = {
         "asked": made,
         "judged": len(images),
@@ -52,9 +57,9 @@ def main() -> int:
     }
     sys.stdout.write("".join(f"{name:17}{value}\n" for name, value in machine.items()))
     sys.stdout.write(in_words(images))
-    (folder / "detector.json").write_text(json.dumps({**machine, **as_json(images)}, indent=1))
-    write_sheet(folder / "misses.png", folder, images)
-    sys.stdout.write(f"\nwrote detector.json and misses.png into {folder}\n")
+    (folders[0] / "detector.json").write_text(json.dumps({**machine, **as_json(images)}, indent=1))
+    write_sheet(folders[0] / "misses.png", images)
+    sys.stdout.write(f"\nwrote detector.json and misses.png into {folders[0]}\n")
     sys.stdout.flush()
     return 0
 
@@ -63,10 +68,10 @@ def find_hands(
     detector: Detector, folder: Path, labels: Sequence[ImageLabel]
 ) -> tuple[str, list[Judged]]:
     """Run the detector over labelled pictures; return its version and what it found."""
-    script = str(HERE / "mediapipe_hands.py")
+    script, pictures = str(HERE / "mediapipe_hands.py"), folder / IMAGES
     names = [label.file_name for label in labels]
     answer = subprocess.run(
-        [str(detector.python), script, str(detector.bundle), str(folder / IMAGES), *names],
+        [str(detector.python), script, str(detector.bundle), str(pictures), *names],
         check=True,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
@@ -74,7 +79,8 @@ def find_hands(
     document = json.loads(answer.stdout)
     found = document["findings"]
     return document["mediapipe"], [
-        Judged(label, _finding(found[label.file_name])) for label in labels
+        Judged(label, _finding(found[label.file_name]), pictures / label.file_name)
+        for label in labels
     ]
 
 
@@ -91,9 +97,14 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--count", type=int, default=120, help="images planned; about half judged")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--paired-tones", action="store_true", help="every judged scene once in each skin tone"
+    )
     parser.add_argument("--threads", type=int, default=0, help="of the renderer; 0: all cores")
     parser.add_argument("--out", type=Path, help="new folder to render into; default: temporary")
-    parser.add_argument("--images", type=Path, help="judge this folder of hi5 render instead")
+    parser.add_argument(
+        "--images", type=Path, nargs="+", help="judge these folders of hi5 render instead"
+    )
     return parser
 
 

@@ -54,7 +54,7 @@ def as_json(images: Sequence[Judged]) -> dict[str, object]:
             }
             for grouping, group_of in _groupings().items()
         },
-        "images": {image.label.file_name: _image(image) for image in images},
+        "images": [_image(image) for image in images],
     }
 
 
@@ -97,6 +97,7 @@ def _values(of: Score) -> dict[str, object]:
 
 def _image(image: Judged) -> dict[str, object]:
     return {
+        "picture": str(image.picture),
         "found": image.is_found,
         "mean_error": float(image.errors.mean()) if image.finding else None,
         "side_agrees": image.side_agrees if image.finding else None,

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +31,7 @@ class Judged:
 
     label: ImageLabel
     finding: Finding | None
+    picture: Path | None = None
 
     @property
     def is_found(self) -> bool:

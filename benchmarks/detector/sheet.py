@@ -7,7 +7,6 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.detector.pictures import IMAGES
 from benchmarks.detector.score import Judged
 from hi5_common.domain.vocabulary import SKELETON, Attribute
 
@@ -19,22 +18,22 @@ THEIRS_BGR: Bgr = (60, 60, 240)
 CAPTION_BGR: Bgr = (0, 255, 255)
 
 
-def write_sheet(path: Path, folder: Path, images: Sequence[Judged], most: int = 60) -> None:
+def write_sheet(path: Path, images: Sequence[Judged], most: int = 60) -> None:
     """Draw up to `most` images: all misses in order, then the found by falling error, as a PNG.
 
     The label's skeleton is green, the detector's red. A miss is drawn bare, the better to see it.
     """
     missed = [image for image in images if not image.is_found]
     found = sorted((i for i in images if i.is_found), key=lambda i: -float(i.errors.mean()))
-    cells = [_cell(folder, image) for image in (missed + found)[:most]]
+    cells = [_cell(image) for image in (missed + found)[:most]]
     blank = np.zeros((CELL_PX, CELL_PX, 3), np.uint8)
     cells += [blank] * (-len(cells) % COLUMNS)
     rows = [np.hstack(cells[start : start + COLUMNS]) for start in range(0, len(cells), COLUMNS)]
     cv2.imwrite(str(path), np.vstack(rows or [blank]))
 
 
-def _cell(folder: Path, image: Judged) -> U1:
-    picture = cv2.imread(str(folder / IMAGES / image.label.file_name))
+def _cell(image: Judged) -> U1:
+    picture = cv2.imread(str(image.picture))
     if picture is None:
         raise SystemExit(f"{image.label.file_name} is not a picture that OpenCV can read.")
     cell = cv2.resize(picture, (CELL_PX, CELL_PX), interpolation=cv2.INTER_AREA).astype(np.uint8)
