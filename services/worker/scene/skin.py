@@ -13,6 +13,7 @@ import numpy.typing as npt
 from scipy.interpolate import PchipInterpolator
 
 from services.worker.scene.colour import Lab, lab_to_linear_rgb
+from services.worker.scene.scattering import mean_free_path_mm
 from services.worker.scene.types import Pigment, ReliefStrength, Rgb, Skin
 
 MIN_ITA_DEG, MAX_ITA_DEG = -90.0, 70.0
@@ -47,8 +48,6 @@ SPOT_SHAPE: Rgb = (-0.42, -0.75, -1.0)
 """What a unit of each pigment does to the logarithm of red, green and blue albedo."""
 LOWEST_ALBEDO, HIGHEST_ALBEDO = 0.004, 0.92
 
-REDUCED_SCATTERING_PER_MM: Rgb = (2.11, 2.55, 3.40)
-"""In vivo, 3,809 people: a power law at 610, 545 and 460 nm. Melanin hardly changes it."""
 ROUGHNESS, ROUGHNESS_SPREAD = 0.52, 0.03
 SPOTS_FROM_YEARS, SPOTS_FULL_YEARS = 32.0, 85.0
 
@@ -86,19 +85,6 @@ def skin_of(ita_deg: float, age_years: float, rng: np.random.Generator) -> Skin:
 def dorsum_lab(ita_deg: float) -> Lab:
     """Return the mean CIELAB colour of the back of the hand, without individual variation."""
     return _in_gamut(_varied(ita_deg, 0.0, 0.0))
-
-
-def mean_free_path_mm(albedo: Rgb) -> Rgb:
-    """Return 1 / (sigma_a + sigma_s') of flesh under skin of this diffuse albedo, mm.
-
-    The single-scattering albedo follows from the diffuse one (Chiang, Kutz and Burley 2016), the
-    scattering is the same for all: what is dark absorbs more and lets light travel less far.
-    """
-    lengths = []
-    for value, scattering in zip(albedo, REDUCED_SCATTERING_PER_MM, strict=True):
-        single = 1.0 - math.exp(-5.09406 * value + 2.61188 * value**2 - 4.31805 * value**3)
-        lengths.append(single / scattering)
-    return (lengths[0], lengths[1], lengths[2])
 
 
 def base_rgb(skin: Skin, dorsum: npt.NDArray[np.floating]) -> Rgb:

@@ -23,8 +23,6 @@ PALM_SMOOTHER = 0.05
 FREE_EDGE_RGB: Rgb = (0.62, 0.55, 0.46)
 LUNULA_PALER = 0.35
 METRES_PER_MM = 0.001
-RADIUS_PER_MEAN_FREE_PATH = 4.0 * math.pi
-"""Cycles' RANDOM_WALK walks with a mean free path of radius / (4 pi)."""
 WHOLE_PIXEL = 1.0
 """Slopes are taken across a pixel, not a tenth of one, or fine relief turns to noise."""
 
@@ -45,8 +43,8 @@ class SkinMaterial:
     def paint(self, skin: Skin, images: SkinImages) -> None:
         """Set maps, pigment, relief, roughness and scattering.
 
-        skin.mean_free_path_mm is the transport mean free path 1 / (sigma_a + sigma_s') of the
-        flesh for red, green and blue light, in millimetres.
+        RANDOM_WALK's radius is the mean free path itself, as tests/render/test_scattering.py
+        measures; releases of Blender have differed.
         """
         for node, image in zip(
             self.images, (images.pigment, images.marks, images.relief), strict=True
@@ -63,7 +61,7 @@ class SkinMaterial:
             socket.default_value = strength
         self.roughness["hairy"].default_value = skin.roughness
         self.roughness["glabrous"].default_value = skin.roughness - PALM_SMOOTHER
-        self.principled.inputs["Subsurface Radius"].default_value = _radius(skin.mean_free_path_mm)
+        self.principled.inputs["Subsurface Radius"].default_value = skin.mean_free_path_mm
 
     def _paint_nails(self, skin: Skin) -> None:
         polish = skin.nail_polish
@@ -86,7 +84,7 @@ def new_skin_material() -> SkinMaterial:
     material = bpy.data.materials.new("skin")
     material.node_tree.nodes.clear()
     graph = Graph(material.node_tree)
-    principled = _principled(material.node_tree)
+    principled = principled_node(material.node_tree)
     uv = graph.uv(UV_LAYER)
     pictures = tuple(graph.picture(uv, "Linear") for _ in range(3))
     glabrous, blood, melanin, veins = graph.channels(pictures[0])
@@ -198,12 +196,8 @@ def _mixed(first: Rgb, second: Rgb, share: float) -> Rgb:
     return (red, green, blue)
 
 
-def _radius(mean_free_path_mm: Rgb) -> Rgb:
-    red, green, blue = (RADIUS_PER_MEAN_FREE_PATH * length for length in mean_free_path_mm)
-    return (red, green, blue)
-
-
-def _principled(tree: bpy.types.NodeTree) -> bpy.types.Node:
+def principled_node(tree: bpy.types.NodeTree) -> bpy.types.Node:
+    """Add the shader of skin to an empty tree, every input set, and the tree's output."""
     node = tree.nodes.new("ShaderNodeBsdfPrincipled")
     node.distribution = "GGX"
     node.subsurface_method = "RANDOM_WALK"

@@ -8,7 +8,7 @@ import pytest
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.vocabulary import SKIN_TONE_ITA_DEG, SkinTone
 from services.worker.scene.colour import ita_deg, linear_rgb_to_lab
-from services.worker.scene.skin import base_rgb, dorsum_lab, mean_free_path_mm, skin_of
+from services.worker.scene.skin import base_rgb, dorsum_lab, skin_of
 from services.worker.scene.types import Pigment, Skin
 
 
@@ -68,10 +68,3 @@ def test_age_brings_spots_folds_and_sinews() -> None:
     assert old.relief.slack > 1.5 * young.relief.slack
     assert old.relief.sinews > 2.0 * young.relief.sinews
     assert replace(old, age_years=20.0).dorsum_rgb == young.dorsum_rgb
-
-
-def test_light_travels_less_far_in_darker_skin() -> None:
-    dark, light = (mean_free_path_mm(drawn(ita).dorsum_rgb) for ita in (-80.0, 55.0))
-    assert all(near < far for near, far in zip(dark, light, strict=True))
-    assert light[0] > light[1] > light[2]
-    assert 0.3 < light[0] < 0.5
