@@ -9,6 +9,7 @@ from hi5_common.domain.environments import CATALOGUE
 from services.worker.places.bakery import Oven
 from services.worker.places.develop import LUMINANCE, MAX_RADIANCE, mean_rgb
 from services.worker.places.exr import read_panorama
+from services.worker.render.blender.places.photograph import closed
 
 pytestmark = pytest.mark.render
 
@@ -31,3 +32,13 @@ def test_a_bake_does_not_depend_on_the_number_of_threads(tmp_path: Path) -> None
     for threads in (1, 2):
         Oven(threads, 64).bake(entry, tmp_path / f"{threads}.exr")
     assert (tmp_path / "1.exr").read_bytes() == (tmp_path / "2.exr").read_bytes()
+
+
+def test_the_two_ends_of_a_panorama_meet() -> None:
+    # Two renders of the same directions that differ, as a denoiser's do.
+    wide = np.linspace(1.0, 3.0, 40, dtype=np.float32)[None, :, None].repeat(2, axis=0)
+    turn = closed(wide, 4)
+    assert turn.shape == (2, 32, 1)
+    steps = np.abs(np.diff(np.concatenate([turn, turn[:, :1]], axis=1), axis=1))
+    assert steps.max() < 0.3  # without the mixing the ends are 1.6 apart
+    assert np.array_equal(turn[:, 4:-4], wide[:, 8:-8])

@@ -20,7 +20,7 @@ from services.worker.places.errors import BakeFailed
 from services.worker.places.exr import write_panorama
 from services.worker.places.recipes import Recipe, recipe_of
 
-WIDTH_PX = 1024
+WIDTH_PX = 2048
 BAKE_TIMEOUT_S = 240.0
 _OVEN = "services.worker.render.blender.places.oven"
 
@@ -50,7 +50,7 @@ class Oven:
         return f"{self.width_px}px"
 
     def bake(self, entry: EnvironmentEntry, out: Path) -> None:
-        """Bake in about five seconds on two free cores. Raises BakeFailed with Blender's words."""
+        """Bake in about seven seconds on two free cores. Raises BakeFailed with Blender's words."""
         size = [str(self.width_px), str(self.threads)]
         command = [sys.executable, "-m", _OVEN, entry.id, str(out), *size]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(_import_paths())}

@@ -7,18 +7,19 @@ import numpy as np
 
 from services.worker.places import furniture as f
 from services.worker.places import rooms as r
+from services.worker.places import windows as w
 from services.worker.places.place import Finish, Place, Rgb, Surface
 from services.worker.places.shapes import moved
 
 EYE_M = 1.4
 CLOTHS: tuple[Rgb, ...] = (
-    (0.28, 0.30, 0.33),
-    (0.40, 0.34, 0.26),
-    (0.10, 0.17, 0.20),
-    (0.36, 0.13, 0.08),
-    (0.16, 0.21, 0.13),
-    (0.55, 0.50, 0.44),
-    (0.30, 0.22, 0.32),
+    (0.20, 0.28, 0.42),
+    (0.50, 0.34, 0.14),
+    (0.05, 0.24, 0.26),
+    (0.48, 0.13, 0.07),
+    (0.16, 0.27, 0.10),
+    (0.62, 0.52, 0.38),
+    (0.30, 0.16, 0.24),
 )
 
 
@@ -36,12 +37,12 @@ class Room:
         self.rng = rng
         self.light = light
         wall_rgb = r.WALLS[wall % len(r.WALLS)]
-        accent = r.WALLS[int(rng.integers(0, len(r.WALLS)))] if rng.random() < 0.5 else wall_rgb
+        accent = r.WALLS[(wall + 1 + int(rng.integers(0, len(r.WALLS) - 1))) % len(r.WALLS)]
         self.shell = r.Shell(*size, r.FLOORS[floor % len(r.FLOORS)], wall_rgb, accent)
         self._fitted: list[r.Fitted] = []
         self._parts: list[Surface] = self.shell.surfaces()
         day = {"noon": "noon", "dull": "dull", "low": "low", "dusk": "dusk"}.get(light, "night")
-        self.day = r.daylight(day)
+        self.day = w.daylight(day)
         self.lit = light in ("warm", "soft", "cold", "dusk", "dim")
         self.tone = {"cold": r.COLD, "soft": r.SOFT}.get(light, r.WARM)
         self.power = {"dim": 0.35, "dusk": 1.4}.get(light, 3.0)
@@ -62,6 +63,19 @@ class Room:
         """Stand furniture on the floor."""
         self._parts += [moved(part, (x, y, 0.0), math.radians(turn_deg)) for part in parts]
 
+    def against(
+        self, parts: Iterable[Surface], wall: str, u: float, *, deep_m: float = 0.31
+    ) -> None:
+        """Stand furniture whose back is at y = -deep_m against a wall, u along it."""
+        x, y = self.shell.length_m, self.shell.width_m
+        at_x, at_y, turn_deg = {
+            "y0": (u, deep_m, 0.0),
+            "y1": (u, y - deep_m, 180.0),
+            "x0": (deep_m, u, -90.0),
+            "x1": (x - deep_m, u, 90.0),
+        }[wall]
+        self.put(parts, at_x, at_y, turn_deg)
+
     def glow(self, factor: float = 1.0) -> Rgb:
         """Return the radiance of this room's lamps."""
         return r.times(self.tone, self.power * factor * (1.0 if self.lit else 0.0))
@@ -71,4 +85,10 @@ class Room:
         parts = [*self._parts, *(part for fitted in self._fitted for part in fitted.surfaces)]
         area = tuple(lamp for fitted in self._fitted for lamp in fitted.area)
         points = tuple(lamp for fitted in self._fitted for lamp in fitted.points)
-        return Place(tuple(parts), (x, y, EYE_M), (), area, points)
+        return Place(
+            tuple(parts),
+            (x, y, EYE_M),
+            (),
+            (*area, *r.last_bounces(self.shell, area, points)),
+            points,
+        )

@@ -42,6 +42,16 @@ def chair(finish: Finish, seat: Finish) -> Parts:
     ]
 
 
+def stool(finish: Finish, seat: Finish) -> Parts:
+    """Return a stool with a cushion."""
+    legs = [
+        ((a - 0.02, b - 0.02, 0.0), (a + 0.02, b + 0.02, 0.44))
+        for a in (-0.15, 0.15)
+        for b in (-0.15, 0.15)
+    ]
+    return [boxes(finish, legs), _cushion(seat, (0.0, 0.0, 0.48), (0.4, 0.4, 0.1))]
+
+
 def office_chair(seat: Finish) -> Parts:
     """Return a swivel chair."""
     base = [rod(BLACK, (0, 0, 0.06), 0.38, (0.03, 0.03), 8)]

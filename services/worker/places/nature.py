@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from services.worker.places.noise import Fractal
-from services.worker.places.place import Array, Copies, Finish, Pattern, Rgb, Surface
+from services.worker.places.place import Array, Copies, Finish, Pattern, Rgb, Surface, rgb_of
 from services.worker.places.shapes import ball, leaves, moved, rod
 
 _BARK = Finish(Pattern.MOTTLED, (0.045, 0.032, 0.022), (0.12, 0.09, 0.065), 0.25, 1.0)
@@ -59,6 +59,37 @@ def grass(
     )
     shapes = [_tuft(Finish(Pattern.LEAVES, *colours), rng, 130, 0.30, 0.24) for _ in range(3)]
     return [_shared(rng, (shape,), count // 3, nearest_m, farthest_m) for shape in shapes]
+
+
+def lawn(rng: np.random.Generator, *, dry: bool = False) -> list[Copies]:
+    """Return short grass and clover around one's feet: patches of blades a finger long."""
+    colours = (
+        ((0.22, 0.17, 0.07), (0.36, 0.29, 0.13))
+        if dry
+        else ((0.04, 0.10, 0.015), (0.14, 0.20, 0.045))
+    )
+    shapes = [_tuft(Finish(Pattern.LEAVES, *colours), rng, 420, 0.45, 0.07) for _ in range(3)]
+    return [_shared(rng, (shape,), 90, 0.3, 6.0) for shape in shapes]
+
+
+def pebbles(rng: np.random.Generator, farthest_m: float, rgb: Rgb = (0.3, 0.28, 0.25)) -> Copies:
+    """Return patches of small stones, a few centimetres each, around one's feet."""
+    light = Finish(Pattern.MOTTLED, rgb_of(0.5 * v for v in rgb), rgb, 0.02, 1.0)
+    stones = []
+    for _ in range(26):
+        x, y = rng.normal(0.0, 0.35, 2)
+        size = 0.006 + 0.03 * float(rng.random()) ** 3
+        stones.append(ball(light, (float(x), float(y), 0.2 * size), size, 0.6))
+    return _shared(rng, tuple(stones), 150, 0.3, farthest_m)
+
+
+def litter(rng: np.random.Generator, farthest_m: float, *, green: bool = False) -> Copies:
+    """Return fallen leaves, flat on the ground in patches."""
+    colours = (
+        ((0.06, 0.09, 0.02), (0.2, 0.2, 0.05)) if green else ((0.13, 0.06, 0.02), (0.36, 0.2, 0.06))
+    )
+    flat = leaves(Finish(Pattern.LEAVES, *colours), rng, 160, (0.7, 0.7, 0.012), 0.035)
+    return _shared(rng, (moved(flat, (0.0, 0.0, 0.02)),), 110, 0.3, farthest_m)
 
 
 def reeds(

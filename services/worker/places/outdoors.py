@@ -11,6 +11,9 @@ from services.worker.places.nature import (
     boulders,
     bushes,
     grass,
+    lawn,
+    litter,
+    pebbles,
     reeds,
     trees,
 )
@@ -92,6 +95,7 @@ def meadow(rng: np.random.Generator, variant: int) -> Place:
     dry = soil is _DRY
     copies = [
         *grass(rng, 1500, 1.1, 16.0, dry=dry),
+        *lawn(rng, dry=dry),
         *trees(rng, 22, 28.0, 120.0, kind=variant),
         *trees(rng, 260, 130.0, 700.0, kind=variant + 1),
         *bushes(rng, 26, 12.0, 60.0),
@@ -106,30 +110,35 @@ def forest_edge(rng: np.random.Generator, variant: int) -> Place:
         *trees(rng, 170, 32.0, 90.0, kind=variant + 1),
         *bushes(rng, 80, 4.0, 26.0),
         *grass(rng, 700, 1.3, 12.0, dry=False),
+        litter(rng, 9.0, green=variant % 2 == 1),
     ]
     return _place([ground(_FOREST_FLOOR, rng, rough_m=0.08)], copies)
 
 
 def park(rng: np.random.Generator, variant: int) -> Place:
     """Return mown lawn, a path, benches, trees, and houses behind them."""
-    lawn = ground(_GREEN, rng, rough_m=0.02)
+    turf = ground(_GREEN, rng, rough_m=0.02)
     path = _strip(_GRAVEL if variant % 2 else _PAVING, -1.2, 1.3, 0.02)
     copies = [*trees(rng, 34, 9.0, 60.0, kind=variant), *bushes(rng, 30, 7.0, 40.0)]
+    copies += [_beyond(patch, 1.4) for patch in lawn(rng)]
+    copies += [litter(rng, 9.0, green=variant != 2), pebbles(rng, 5.0)]
     things = [*street_furniture(rng, 7.0), *buildings_around(rng, 75.0, 150.0, (12.0, 24.0))]
-    return _place([lawn, path, *things], [*copies, *trees(rng, 80, 55.0, 80.0, kind=variant + 2)])
+    return _place([turf, path, *things], [*copies, *trees(rng, 80, 55.0, 80.0, kind=variant + 2)])
 
 
 def garden(rng: np.random.Generator, variant: int) -> Place:
     """Return a back garden: lawn, terrace, fence, hedges, the house behind."""
-    lawn = ground(_GREEN, rng, rough_m=0.015)
+    turf = ground(_GREEN, rng, rough_m=0.015)
     terrace = _strip(_PLANKS if variant % 2 else _PAVING, -3.2, 1.2, 0.04, length_m=9.0)
     house = buildings_around(rng, 6.5, 8.0, (5.0, 6.0), count=1, towards_deg=-90.0)
     copies = [
         *bushes(rng, 46, 5.0, 9.5),
         *trees(rng, 14, 9.0, 30.0, kind=variant),
         *grass(rng, 260, 2.5, 9.0, dry=False),
+        *(_beyond(patch, 1.3, -3.3) for patch in lawn(rng)),
+        litter(rng, 6.0, green=True),
     ]
-    return _place([lawn, terrace, *house, *fence(rng, 10.0), *people_sized_things(rng)], copies)
+    return _place([turf, terrace, *house, *fence(rng, 10.0), *people_sized_things(rng)], copies)
 
 
 def desert(rng: np.random.Generator, variant: int) -> Place:
@@ -146,6 +155,7 @@ def desert(rng: np.random.Generator, variant: int) -> Place:
     copies = [
         *boulders(rng, 150, 2.2, 60.0),
         *grass(rng, 700 if variant % 3 == 2 else 160, 1.6, 34.0, dry=True),
+        pebbles(rng, 7.0, (0.34, 0.25, 0.16)),
     ]
     return _place([base], copies)
 
@@ -156,6 +166,7 @@ def beach(rng: np.random.Generator, variant: int) -> Place:
     dunes = [
         *grass(rng, 420, 5.0, 45.0, dry=True),
         *boulders(rng, 18 * (variant % 2 + 1), 3.0, 30.0),
+        pebbles(rng, 6.0, (0.5, 0.46, 0.4)),
     ]
     return _place([base, _water()], [_behind(c, 20.0) for c in dunes])
 
@@ -171,6 +182,8 @@ def lake(rng: np.random.Generator, variant: int) -> Place:
         *trees(rng, 60, 8.0, 70.0, kind=variant),
         *boulders(rng, 26, 2.5, 20.0),
         *bushes(rng, 30, 5.0, 40.0),
+        pebbles(rng, 6.0),
+        *(lawn(rng) if soil is _GREEN else ()),
     ]
     return _place([base, _water()], [_behind(c, 10.0) for c in green])
 
@@ -191,6 +204,7 @@ def mountains(rng: np.random.Generator, variant: int) -> Place:
     soil = (_ROCK, _GRAVEL, _GREEN)[variant % 3]
     base = ground(soil, rng, rough_m=0.14, hills_m=700.0, hills_from_m=1100.0, peaks=1.6)
     copies = [*boulders(rng, 320, 1.6, 50.0), *grass(rng, 240, 1.5, 18.0, dry=variant == 1)]
+    copies += [pebbles(rng, 6.0), *(lawn(rng) if soil is _GREEN else ())]
     return _place([base], [*copies, *trees(rng, 40, 40.0, 200.0, kind=3)])
 
 
@@ -205,9 +219,10 @@ def street(rng: np.random.Generator, variant: int) -> Place:
     houses = buildings_around(rng, half + 3.6, 0.0, height, rows=True)
     copies = trees(rng, 16, 6.0, 70.0, kind=variant)
     kept = [_beside(c, half + 1.2) for c in copies]
+    kept.append(litter(rng, 12.0, green=variant != 2))
     things = [*street_furniture(rng, half + 0.6, rows=True), *parked_cars(rng, half - 1.1)]
     base = ground(_ASPHALT, rng, rough_m=0.0)
-    eye = (0.0, half + 1.6 if variant % 2 else 1.2, EYE_M + 0.14)
+    eye = (0.0, half + 0.5 if variant % 2 else 1.2, EYE_M + 0.14)
     return _place([_lowered(base), road, *kerbs, *dashes, *edges, *houses, *things], kept, eye)
 
 
@@ -216,7 +231,7 @@ def square(rng: np.random.Generator, variant: int) -> Place:
     floor = _strip((_COBBLES, _PAVING, _CONCRETE)[variant % 3], -60.0, 60.0, 0.0, 120.0)
     height = ((10.0, 18.0), (14.0, 22.0), (25.0, 80.0))[variant % 3]
     houses = buildings_around(rng, 34.0, 46.0, height)
-    copies = trees(rng, 12, 12.0, 26.0, kind=variant)
+    copies = [*trees(rng, 12, 12.0, 26.0, kind=variant), litter(rng, 9.0)]
     base = _lowered(ground(_ASPHALT, rng, rough_m=0.0))
     things = [*street_furniture(rng, 9.0), *people_sized_things(rng)]
     return _place([base, floor, *houses, *things], copies)
@@ -228,7 +243,7 @@ def car_park(rng: np.random.Generator, variant: int) -> Place:
     bays = [_mark(x, y, 0.11, 4.8) for x in np.arange(-30.0, 30.0, 2.6) for y in (-9.0, 5.0)]
     cars = [*parked_cars(rng, 7.0, turned=True), *parked_cars(rng, -7.0, turned=True)]
     halls = buildings_around(rng, 45.0, 90.0, (6.0, 12.0) if variant % 2 else (8.0, 40.0))
-    copies = [*trees(rng, 26, 22.0, 60.0, kind=variant)]
+    copies = [*trees(rng, 26, 22.0, 60.0, kind=variant), litter(rng, 9.0), pebbles(rng, 5.0)]
     return _place([floor, *bays, *cars, *halls, *street_furniture(rng, 12.0)], copies)
 
 
@@ -238,7 +253,7 @@ def roof(rng: np.random.Generator, variant: int) -> Place:
     walls = fence(rng, 7.0, solid=True)
     town = buildings_around(rng, 30.0, 500.0, (10.0, 70.0), count=210, down_m=34.0)
     base = _lowered(ground(_ASPHALT, rng, rough_m=0.0, hills_m=200.0, hills_from_m=900.0), 34.0)
-    plants = bushes(rng, 12, 4.2, 6.4)
+    plants = [*bushes(rng, 12, 4.2, 6.4), litter(rng, 5.0, green=True)]
     return _place([deck, *walls, *town, base, *people_sized_things(rng)], plants)
 
 
@@ -293,6 +308,12 @@ def _behind(copies: Copies, shore_deg: float) -> Copies:
     angle = math.radians(shore_deg)
     across = copies.at_m[:, 0] * math.cos(angle) + copies.at_m[:, 1] * math.sin(angle)
     return _kept(copies, across < 0.5)
+
+
+def _beyond(copies: Copies, y_m: float, low_m: float | None = None) -> Copies:
+    """Drop what would stand on a path or a terrace between two y."""
+    y = copies.at_m[:, 1]
+    return _kept(copies, (y > y_m) | (y < (-y_m if low_m is None else low_m)))
 
 
 def _beside(copies: Copies, y_m: float) -> Copies:

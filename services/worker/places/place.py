@@ -27,6 +27,13 @@ def muted(rng: np.random.Generator, low: float, high: float) -> Rgb:
     return rgb_of(0.45 * colour + 0.55 * colour.mean())
 
 
+def vivid(rng: np.random.Generator, low: float, high: float) -> Rgb:
+    """Return a colour as pictures, covers and toys have it: more colour than grey."""
+    colour = rng.uniform(low, high, 3)
+    colour[int(rng.integers(0, 3))] *= 0.3
+    return rgb_of(0.75 * colour + 0.25 * colour.mean())
+
+
 class Pattern(StrEnum):
     """How a finish varies over a surface; each is a shader of the Blender part."""
 

@@ -1,5 +1,7 @@
-"""Rooms: shells with windows and doors, and the light that falls in or is switched on."""
+"""Rooms: shells with doors, the light that is switched on, and pot plants."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,16 +14,13 @@ from services.worker.places.place import (
     PointLamp,
     Rgb,
     Surface,
-    muted,
+    rgb_of,
 )
-from services.worker.places.shapes import box, boxes, grid_quads, lathe, leaves, moved, rod
+from services.worker.places.shapes import box, boxes, lathe, leaves, moved, rod
 
 WARM: Rgb = (1.0, 0.62, 0.30)
 SOFT: Rgb = (1.0, 0.80, 0.58)
 COLD: Rgb = (0.82, 0.95, 1.0)
-DAY: Rgb = (0.86, 0.95, 1.08)
-LOW_SUN: Rgb = (1.0, 0.70, 0.42)
-NIGHT: Rgb = (0.010, 0.014, 0.028)
 
 WHITE = Finish(Pattern.PLAIN, (0.72, 0.71, 0.68), roughness=0.6)
 DARK_WOOD = Finish(Pattern.PLANKS, (0.085, 0.045, 0.024), (0.13, 0.075, 0.042), 0.14, 0.45)
@@ -43,36 +42,20 @@ FLOORS: tuple[Finish, ...] = (
     Finish(Pattern.TILES, (0.34, 0.15, 0.09), (0.30, 0.26, 0.22), 0.25, 0.5),
 )
 WALLS: tuple[Rgb, ...] = (
-    (0.68, 0.66, 0.61),
-    (0.60, 0.54, 0.44),
-    (0.36, 0.43, 0.46),
-    (0.42, 0.46, 0.36),
-    (0.56, 0.40, 0.34),
-    (0.22, 0.27, 0.33),
-    (0.62, 0.55, 0.28),
-    (0.30, 0.16, 0.14),
-    (0.70, 0.70, 0.71),
-    (0.28, 0.33, 0.26),
+    (0.74, 0.67, 0.53),
+    (0.68, 0.56, 0.38),
+    (0.28, 0.46, 0.54),
+    (0.42, 0.53, 0.33),
+    (0.68, 0.42, 0.32),
+    (0.14, 0.23, 0.38),
+    (0.70, 0.55, 0.20),
+    (0.44, 0.14, 0.10),
+    (0.54, 0.67, 0.74),
+    (0.15, 0.33, 0.22),
 )
-
-
-@dataclass(frozen=True)
-class Daylight:
-    """What stands in the windows: radiance of sky and ground, and a sunbeam's if there is sun."""
-
-    sky: Rgb
-    ground: Rgb
-
-
-def daylight(kind: str) -> Daylight:
-    """Return noon, dull, low (a low sun's warm light), dusk or night."""
-    return {
-        "noon": Daylight(_times(DAY, 14.0), (2.6, 2.9, 1.9)),
-        "dull": Daylight(_times((0.93, 0.98, 1.05), 6.0), (1.3, 1.4, 1.3)),
-        "low": Daylight(_times(LOW_SUN, 9.0), (1.8, 1.3, 0.8)),
-        "dusk": Daylight((0.16, 0.24, 0.50), (0.03, 0.035, 0.05)),
-        "night": Daylight(NIGHT, (0.012, 0.009, 0.006)),
-    }[kind]
+_UNFOLLOWED = 0.6**3
+"""Share of the lamps' light still in a room of mean reflectance 0.6 after the bounces that a bake
+follows; it is given to the room evenly, and bounces on."""
 
 
 @dataclass(frozen=True)
@@ -91,8 +74,8 @@ class Shell:
     def surfaces(self) -> list[Surface]:
         """Return floor, ceiling, walls (the one at y = width in the accent) and skirting."""
         x, y, z, t = self.length_m, self.width_m, self.height_m, 0.2
-        wall = Finish(Pattern.MOTTLED, _times(self.wall_rgb, 0.95), self.wall_rgb, 1.2, 0.85)
-        accent = Finish(Pattern.MOTTLED, _times(self.accent_rgb, 0.94), self.accent_rgb, 1.2, 0.85)
+        wall = Finish(Pattern.MOTTLED, times(self.wall_rgb, 0.95), self.wall_rgb, 1.2, 0.85)
+        accent = Finish(Pattern.MOTTLED, times(self.accent_rgb, 0.94), self.accent_rgb, 1.2, 0.85)
         ceiling = Finish(Pattern.PLAIN, self.ceiling_rgb, roughness=0.95)
         parts = [
             box(self.floor, (-t, -t, -t), (x + t, y + t, 0.0)),
@@ -126,71 +109,29 @@ class Fitted:
     points: tuple[PointLamp, ...] = ()
 
 
-def window(
-    wall: str,
-    shell: Shell,
-    middle_m: float,
-    width_m: float,
-    day: Daylight,
-    *,
-    heights_m: tuple[float, float] = (0.85, 2.25),
-    curtain: Finish | None = None,
-    panes: int = 2,
-) -> Fitted:
-    """Return a window on a wall ("x0", "x1", "y0", "y1"): glowing view, frame, sill, curtains."""
-    low, high = middle_m - width_m / 2.0, middle_m + width_m / 2.0
-    sill_m, top = heights_m[0], min(heights_m[1], shell.height_m - 0.15)
-    split = sill_m + (top - sill_m) * 0.38
-
-    def put(
-        finish: Finish, u0: float, u1: float, z0: float, z1: float, d0: float, d1: float
-    ) -> Surface:
-        return box(finish, *_on_wall(wall, shell, u0, u1, z0, z1, d0, d1))
-
-    parts = [
-        put(_glow(day.sky), low, high, split, top, -0.02, 0.004),
-        put(_glow(_blend(day.sky, day.ground, 0.5)), low, high, split - 0.12, split, -0.02, 0.004),
-        put(_glow(day.ground), low, high, sill_m, split - 0.12, -0.02, 0.004),
-        put(WHITE, low - 0.12, high + 0.12, sill_m - 0.05, sill_m, 0.0, 0.17),
-    ]
-    for part in range(panes + 1):
-        u = low + (high - low) * part / panes
-        parts.append(put(WHITE, u - 0.03, u + 0.03, sill_m, top, 0.0, 0.05))
-    parts += [
-        put(WHITE, low - 0.03, high + 0.03, z - 0.03, z + 0.03, 0.0, 0.05)
-        for z in (sill_m, top, split + 0.3 * (top - split))
-    ]
-    if curtain is not None:
-        parts += [_curtain(wall, shell, curtain, low - 0.35, low + 0.12, top + 0.2)]
-        parts += [_curtain(wall, shell, curtain, high - 0.12, high + 0.35, top + 0.2)]
-    # The sky's light comes from above: it falls to the floor more than to the ceiling.
-    inward = (*_inward(wall)[:2], -0.55)
-    at = _wall_point(wall, shell, middle_m, (sill_m + top) / 2.0, 0.08)
-    mean = _blend(day.sky, day.ground, 0.4)
-    lamp = AreaLamp(at, inward, width_m, top - sill_m, mean, 150.0)
-    return Fitted(tuple(parts), (lamp,))
-
-
-def _curtain(
-    wall: str, shell: Shell, finish: Finish, low: float, high: float, top: float
-) -> Surface:
-    u = np.linspace(low, high, 40)
-    depth = 0.09 + 0.03 * np.sin((u - low) * 55.0)
-    points = [
-        _wall_point(wall, shell, float(a), z, float(d))
-        for z in (0.04, top)
-        for a, d in zip(u, depth, strict=True)
-    ]
-    vertices = np.array(points)
-    quads = grid_quads(2, 40)
-    return Surface(finish, vertices, quads, np.zeros((len(quads), 4, 2)), smooth=True)
+def last_bounces(
+    shell: Shell, area: Sequence[AreaLamp], points: Sequence[PointLamp]
+) -> tuple[AreaLamp, AreaLamp]:
+    """Return the even light of the bounces that are not followed, from ceiling and floor."""
+    power = np.zeros(3)
+    for lamp in area:  # a narrower spread does not change a lamp's power
+        power += math.pi * lamp.width_m * lamp.height_m * np.array(lamp.radiance)
+    for bulb in points:
+        power += 4.0 * math.pi * np.array(bulb.intensity)
+    x, y, z = shell.length_m, shell.width_m, shell.height_m
+    radiance = rgb_of(_UNFOLLOWED * power / (2.0 * math.pi * x * y))
+    size = (x - 0.02, y - 0.02)
+    return (
+        AreaLamp((x / 2.0, y / 2.0, z - 0.03), (0.0, 0.0, -1.0), *size, radiance),
+        AreaLamp((x / 2.0, y / 2.0, 0.03), (0.0, 0.0, 1.0), *size, radiance),
+    )
 
 
 def door(wall: str, shell: Shell, middle_m: float, finish: Finish) -> Fitted:
     """Return a door leaf with panels, frame and handle."""
 
     def put(what: Finish, u0: float, u1: float, z0: float, z1: float, d1: float) -> Surface:
-        return box(what, *_on_wall(wall, shell, middle_m + u0, middle_m + u1, z0, z1, 0.0, d1))
+        return box(what, *on_wall(wall, shell, middle_m + u0, middle_m + u1, z0, z1, 0.0, d1))
 
     frame = [
         put(WHITE, -0.53, -0.45, 0.0, 2.13, 0.035),
@@ -202,44 +143,15 @@ def door(wall: str, shell: Shell, middle_m: float, finish: Finish) -> Fitted:
     return Fitted((*frame, *leaf, *panels, put(STEEL, 0.34, 0.40, 1.0, 1.03, 0.08)))
 
 
-def picture(
-    wall: str,
-    shell: Shell,
-    middle_m: float,
-    z_m: float,
-    size: tuple[float, float],
-    rng: np.random.Generator,
-) -> Fitted:
-    """Return a framed painting."""
-    rgb = muted(rng, 0.02, 0.6)
-    other = muted(rng, 0.02, 0.6)
-    paint = Finish(Pattern.PICTURE, rgb, other, 0.25, 0.6)
-    frame = (BLACK, OAK, WHITE)[int(rng.integers(0, 3))]
-    w, h = size[0] / 2.0, size[1] / 2.0
-
-    def put(what: Finish, a: float, b: float, d: float) -> Surface:
-        return box(
-            what, *_on_wall(wall, shell, middle_m - a, middle_m + a, z_m - b, z_m + b, 0.0, d)
-        )
-
-    return Fitted(
-        (
-            put(frame, w + 0.03, h + 0.03, 0.025),
-            put(WHITE, w, h, 0.027),
-            put(paint, 0.8 * w, 0.8 * h, 0.029),
-        )
-    )
-
-
 def ceiling_panel(
     x: float, y: float, shell: Shell, size: tuple[float, float], radiance: Rgb
 ) -> Fitted:
     """Return a flat lamp in the ceiling."""
     z, (w, h) = shell.height_m, (size[0] / 2.0, size[1] / 2.0)
-    glow = box(_glow(radiance), (x - w, y - h, z - 0.012), (x + w, y + h, z - 0.01))
+    face = box(glow(radiance), (x - w, y - h, z - 0.012), (x + w, y + h, z - 0.01))
     rim = box(WHITE, (x - w - 0.02, y - h - 0.02, z - 0.01), (x + w + 0.02, y + h + 0.02, z))
     lamp = AreaLamp((x, y, z - 0.02), (0.0, 0.0, -1.0), size[0], size[1], radiance)
-    return Fitted((glow, rim), (lamp,))
+    return Fitted((face, rim), (lamp,))
 
 
 def pendant(x: float, y: float, shell: Shell, drop_m: float, radiance: Rgb) -> Fitted:
@@ -248,11 +160,9 @@ def pendant(x: float, y: float, shell: Shell, drop_m: float, radiance: Rgb) -> F
     shade = Finish(Pattern.PLAIN, (0.05, 0.05, 0.05), roughness=0.4)
     cord = rod(BLACK, (x, y, z + 0.2), drop_m - 0.2, (0.006, 0.006), 6)
     hood = lathe(shade, (x, y, z), [(0.22, 0.0), (0.2, 0.06), (0.1, 0.18), (0.02, 0.22)])
-    bulb = lathe(
-        _glow(_times(radiance, 4.0)), (x, y, z), [(0.001, -0.02), (0.06, 0.0), (0.05, 0.06)]
-    )
+    bulb = lathe(glow(times(radiance, 4.0)), (x, y, z), [(0.001, -0.02), (0.06, 0.0), (0.05, 0.06)])
     return Fitted(
-        (cord, hood, bulb), (), (PointLamp((x, y, z - 0.07), 0.06, _times(radiance, 0.22)),)
+        (cord, hood, bulb), (), (PointLamp((x, y, z - 0.07), 0.06, times(radiance, 0.22)),)
     )
 
 
@@ -260,16 +170,16 @@ def floor_lamp(x: float, y: float, radiance: Rgb) -> Fitted:
     """Return a standing lamp with a cloth shade."""
     post = rod(BLACK, (x, y, 0.0), 1.5, (0.012, 0.012), 8)
     foot = rod(BLACK, (x, y, 0.0), 0.03, (0.15, 0.14))
-    shade = lathe(_glow(_times(radiance, 1.3)), (x, y, 1.4), [(0.22, 0.0), (0.16, 0.3)])
-    return Fitted((post, foot, shade), (), (PointLamp((x, y, 1.55), 0.17, _times(radiance, 0.16)),))
+    shade = lathe(glow(times(radiance, 1.3)), (x, y, 1.4), [(0.22, 0.0), (0.16, 0.3)])
+    return Fitted((post, foot, shade), (), (PointLamp((x, y, 1.55), 0.17, times(radiance, 0.16)),))
 
 
 def table_lamp(x: float, y: float, z: float, radiance: Rgb) -> Fitted:
     """Return a small lamp for a table or a shelf."""
     pot = Finish(Pattern.PLAIN, (0.2, 0.28, 0.27), roughness=0.25)
     foot = lathe(pot, (x, y, z), [(0.06, 0), (0.08, 0.08), (0.03, 0.2), (0.01, 0.26)])
-    shade = lathe(_glow(_times(radiance, 1.3)), (x, y, z + 0.24), [(0.15, 0.0), (0.1, 0.2)])
-    return Fitted((foot, shade), (), (PointLamp((x, y, z + 0.34), 0.1, _times(radiance, 0.07)),))
+    shade = lathe(glow(times(radiance, 1.3)), (x, y, z + 0.24), [(0.15, 0.0), (0.1, 0.2)])
+    return Fitted((foot, shade), (), (PointLamp((x, y, z + 0.34), 0.1, times(radiance, 0.07)),))
 
 
 def plant(x: float, y: float, z: float, size: float, rng: np.random.Generator) -> Fitted:
@@ -284,7 +194,7 @@ def plant(x: float, y: float, z: float, size: float, rng: np.random.Generator) -
     return Fitted(tuple(moved(part, (x, y, z), 0.0, size) for part in (body, stem, crown)))
 
 
-def _on_wall(
+def on_wall(
     wall: str, shell: Shell, u0: float, u1: float, z0: float, z1: float, d0: float, d1: float
 ) -> tuple[Point, Point]:
     """Return the corners of a box along a wall: u along it, d into the room."""
@@ -298,26 +208,28 @@ def _on_wall(
     return (u0, y - d1, z0), (u1, y - d0, z1)
 
 
-def _wall_point(wall: str, shell: Shell, u: float, z: float, d: float) -> Point:
-    low, _ = _on_wall(wall, shell, u, u, z, z, d, d)
+def wall_point(wall: str, shell: Shell, u: float, z: float, d: float) -> Point:
+    """Return a point u along a wall, z up, d into the room."""
+    low, _ = on_wall(wall, shell, u, u, z, z, d, d)
     return low
 
 
-def _inward(wall: str) -> Point:
+def inward(wall: str) -> Point:
+    """Return the unit vector from a wall into the room."""
     return {"x0": (1.0, 0, 0), "x1": (-1.0, 0, 0), "y0": (0, 1.0, 0), "y1": (0, -1.0, 0)}[wall]
 
 
-def _glow(rgb: Rgb) -> Finish:
+def glow(rgb: Rgb) -> Finish:
+    """Return what radiates a colour."""
     return Finish(Pattern.GLOW, rgb)
 
 
-def _times(rgb: Rgb, factor: float) -> Rgb:
+def times(rgb: Rgb, factor: float) -> Rgb:
+    """Return a colour made brighter or darker."""
     return (rgb[0] * factor, rgb[1] * factor, rgb[2] * factor)
 
 
-def _blend(first: Rgb, second: Rgb, t: float) -> Rgb:
-    a, b = _times(first, 1.0 - t), _times(second, t)
+def blend(first: Rgb, second: Rgb, t: float) -> Rgb:
+    """Return a colour between two."""
+    a, b = times(first, 1.0 - t), times(second, t)
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
-
-
-times, glow, blend = _times, _glow, _blend

@@ -17,6 +17,7 @@ from services.worker.places.place import (
     PointLamp,
     Rgb,
     Surface,
+    vivid,
 )
 from services.worker.places.shapes import box, grid_quads, lathe, moved, rod
 
@@ -52,28 +53,64 @@ SETUPS: Mapping[str, str] = MappingProxyType(
 )
 
 
+_DARK = ("rims", "gels", "spot")
+
+
 def studio(rng: np.random.Generator, setup: str, backdrop: str) -> Place:
     """Return a studio room around the eye with a backdrop and one of the SETUPS."""
     rgb = BACKDROPS[backdrop]
     if setup in ("cove", "grey_room"):
         return _even_room(rng, setup, rgb)
     size = (float(rng.uniform(6.5, 8.5)), float(rng.uniform(5.5, 7.0)), 3.2)
-    dark = setup in ("rims", "gels", "spot")
-    walls = (
-        (0.06, 0.06, 0.065)
-        if dark
-        else ((0.34, 0.34, 0.35), (0.55, 0.54, 0.52))[int(rng.integers(0, 2))]
-    )
+    dark = setup in _DARK
+    walls = _wall_rgb(rgb, dark=dark)
     floor = r.FLOORS[int(rng.choice([1, 4, 7, 0]))]
     shell = r.Shell(
-        *size, floor, walls, walls, ceiling_rgb=(0.08, 0.08, 0.08) if dark else (0.5, 0.5, 0.5)
+        *size, floor, walls, walls, ceiling_rgb=(0.08, 0.08, 0.08) if dark else (0.6, 0.6, 0.6)
     )
     x, y = size[0], size[1]
-    parts = [*shell.surfaces(), *_roll(rgb, x - 0.5, y / 2.0), *_gear(rng, x, y)]
     side = 1.0 if rng.random() < 0.5 else -1.0
+    parts = [*shell.surfaces(), *_roll(rgb, x - 0.5, y / 2.0), *_gear(rng, x, y)]
+    parts += _boards(rgb, x, y, side)
     lamps, boxes_, points = _LIGHTS[setup](x, y, side)
     parts += boxes_
+    if setup not in ("rims", "spot"):
+        lamps.append(_on_paper(x, y, lamps))
+    lamps += r.last_bounces(shell, lamps, points)
     return Place(tuple(parts), (x * 0.42, y * 0.5, 1.4), (), tuple(lamps), tuple(points))
+
+
+def _wall_rgb(rgb: Rgb, *, dark: bool) -> Rgb:
+    """Return walls painted like the paper, duller; a studio of lights in the dark has dark ones."""
+    grey = (0.42, 0.41, 0.40)
+    tinted = r.blend(rgb, grey, 0.3)
+    return r.times(r.blend(rgb, (0.12, 0.12, 0.12), 0.5), 0.45) if dark else tinted
+
+
+def _boards(rgb: Rgb, x: float, y: float, side: float) -> list[Surface]:
+    """Return tall boards that lean about: one in the paper's colour, a white and a black one."""
+    parts = []
+    for number, (colour, at) in enumerate(
+        (
+            (rgb, (x * 0.30, y * 0.5 - side * (y * 0.5 - 0.25))),
+            ((0.72, 0.72, 0.70), (0.35, y * 0.5 + side * y * 0.30)),
+            ((0.03, 0.03, 0.032), (0.28, y * 0.5 + side * y * 0.10)),
+            (r.times(rgb, 0.8), (x * 0.62, y * 0.5 + side * (y * 0.5 - 0.2))),
+        )
+    ):
+        finish = Finish(Pattern.MOTTLED, r.times(colour, 0.95), colour, 1.5, 0.9)
+        turn = 0.12 if number in (0, 3) else math.pi / 2.0 - 0.12
+        board = box(finish, (-0.6, -0.02, 0.02), (0.6, 0.02, 2.35))
+        parts.append(moved(board, (*at, 0.0), turn))
+    return parts
+
+
+def _on_paper(x: float, y: float, lamps: list[AreaLamp]) -> AreaLamp:
+    """Return a lamp above the eye that lights the paper alone, as bright as the main light."""
+    main = max(lamps, key=lambda lamp: sum(lamp.radiance) * lamp.width_m * lamp.height_m)
+    share = main.width_m * main.height_m / (1.6 * 0.4) * 0.55
+    at = (x * 0.58, y / 2.0, 3.05)
+    return AreaLamp(at, (0.75, 0.0, -0.5), 1.6, 0.4, r.times(main.radiance, share), 90.0)
 
 
 def _even_room(rng: np.random.Generator, setup: str, rgb: Rgb) -> Place:
@@ -84,9 +121,11 @@ def _even_room(rng: np.random.Generator, setup: str, rgb: Rgb) -> Place:
     fitted = []
     power = r.times((1.0, 0.97, 0.92), 3.0 if setup == "cove" else 2.0)
     spots = [(1.4, 1.6), (1.4, 5.4), (5.6, 1.6), (5.6, 5.4), (3.5, 3.5)]
-    for at_x, at_y in spots[: 5 if setup == "cove" else 2]:
-        wide = (1.6, 1.0) if setup == "cove" else (2.2, 2.2)
-        fitted.append(r.ceiling_panel(at_x, at_y if setup == "cove" else 3.5, shell, wide, power))
+    if setup == "grey_room":
+        spots = [(2.0, 3.5), (5.2, 3.5)]
+    for at_x, at_y in spots:
+        wide = (1.6, 1.0) if setup == "cove" else (2.0, 2.6)
+        fitted.append(r.ceiling_panel(at_x, at_y, shell, wide, power))
     parts += [part for fit in fitted for part in fit.surfaces]
     if setup == "grey_room":
         parts += _card(4.9, 2.0, float(rng.uniform(60.0, 120.0)))
@@ -97,9 +136,31 @@ def _even_room(rng: np.random.Generator, setup: str, rgb: Rgb) -> Place:
             box(stand, (4.6, 1.2, 0.0), (5.2, 1.8, 0.7)),
             box(stand, (4.9, 5.0, 0.0), (5.3, 5.4, 1.0)),
         ]
-    return Place(
-        tuple(parts), (3.0, 3.4, 1.4), (), tuple(lamp for fit in fitted for lamp in fit.area)
-    )
+        parts += _props(rng)
+    area = [lamp for fit in fitted for lamp in fit.area]
+    area += r.last_bounces(shell, area, ())
+    return Place(tuple(parts), (3.0, 3.4, 1.4), (), tuple(area))
+
+
+def _props(rng: np.random.Generator) -> list[Surface]:
+    """Return what a cove is painted white for: cubes, drums, a chair, a plant, coloured sheets."""
+    parts: list[Surface] = []
+    for number in range(9):
+        angle = 2.0 * math.pi * (number + float(rng.uniform(0.0, 0.6))) / 9.0
+        far = float(rng.uniform(1.7, 2.4))
+        at = (3.0 + far * math.cos(angle), 3.4 + far * math.sin(angle), 0.0)
+        paint = Finish(Pattern.PLAIN, vivid(rng, 0.05, 0.7), roughness=0.5)
+        tall = float(rng.uniform(0.5, 1.7))
+        if number % 3 == 0:
+            thing = [
+                lathe(paint, (0, 0, 0), [(0.01, 0.0), (0.22, 0.0), (0.22, tall), (0.01, tall)])
+            ]
+        elif number % 3 == 1:
+            thing = [box(paint, (-0.45, -0.015, 0.0), (0.45, 0.015, 1.2 + 0.5 * tall))]
+        else:
+            thing = f.chair(r.OAK, paint)
+        parts += [moved(part, at, angle + math.pi / 2.0) for part in thing]
+    return parts
 
 
 def _card(x: float, y: float, turn_deg: float) -> list[Surface]:
@@ -229,38 +290,37 @@ def _joined(*lit: tuple[list[AreaLamp], list[Surface]]) -> _Lit:
 
 def _two_softboxes(x: float, y: float, side: float) -> _Lit:
     aim = (x * 0.5, y / 2.0, 1.2)
-    first = softbox((x * 0.62, y / 2.0 + 2.1 * side, 1.9), aim, 0.9, 1.2, r.times(_FLASH, 26.0))
-    second = softbox((x * 0.60, y / 2.0 - 2.2 * side, 1.7), aim, 0.9, 1.2, r.times(_FLASH, 13.0))
+    first = softbox((x * 0.24, y / 2.0 + 1.9 * side, 1.9), aim, 0.9, 1.2, r.times(_FLASH, 26.0))
+    second = softbox((x * 0.34, y / 2.0 - 2.2 * side, 1.7), aim, 0.9, 1.2, r.times(_FLASH, 13.0))
     return _joined(first, second)
 
 
 def _one_softbox(x: float, y: float, side: float) -> _Lit:
-    at = (x * 0.45, y / 2.0 + 2.3 * side, 1.8)
+    at = (x * 0.30, y / 2.0 + 2.2 * side, 1.8)
     return _joined(softbox(at, (x * 0.5, y / 2.0, 1.3), 1.3, 1.6, r.times(_FLASH, 22.0)))
 
 
 def _umbrella(x: float, y: float, side: float) -> _Lit:
-    at = (x * 0.5, y / 2.0 + 1.2 * side, 2.5)
+    at = (x * 0.24, y / 2.0 + 1.2 * side, 2.35)
     dome = lathe(
         r.glow(r.times(_FLASH, 16.0)), at, [(0.75, -0.1), (0.6, 0.1), (0.3, 0.25), (0.02, 0.3)]
     )
-    lamp = AreaLamp(
-        (at[0], at[1], at[2] - 0.15), (0.0, -0.25 * side, -1.0), 1.3, 1.3, r.times(_FLASH, 16.0)
-    )
-    stand = rod(r.BLACK, (at[0] + 0.6, at[1], 0.0), 2.6, (0.018, 0.018), 8)
+    towards = (0.8, -0.45 * side, -0.75)
+    lamp = AreaLamp((at[0], at[1], at[2] - 0.15), towards, 1.3, 1.3, r.times(_FLASH, 16.0))
+    stand = rod(r.BLACK, (at[0] - 0.6, at[1], 0.0), 2.5, (0.018, 0.018), 8)
     return [lamp], [dome, stand], []
 
 
 def _ring(x: float, y: float, _side: float) -> _Lit:
-    at = (x * 0.42 + 1.5, y / 2.0, 1.45)
+    at = (x * 0.42 - 1.5, y / 2.0, 1.45)
     tube = [
         (0.26 + 0.04 * math.cos(a), 0.04 * math.sin(a)) for a in np.linspace(0.0, 2 * math.pi, 9)
     ]
     flat = lathe(r.glow(r.times(_FLASH, 60.0)), (0, 0, 0), tube)
     upright = flat.vertices_m[:, [2, 0, 1]] + np.array(at)
     ring = Surface(flat.finish, upright, flat.quads, flat.uvs_m, smooth=True)
-    lamp = AreaLamp((at[0] - 0.06, at[1], at[2]), (-1.0, 0.0, 0.0), 0.5, 0.5, r.times(_FLASH, 34.0))
-    return [lamp], [ring, rod(r.BLACK, (at[0] + 0.05, at[1], 0.0), 1.18, (0.018, 0.018), 8)], []
+    lamp = AreaLamp((at[0] + 0.06, at[1], at[2]), (1.0, 0.0, 0.0), 0.5, 0.5, r.times(_FLASH, 34.0))
+    return [lamp], [ring, rod(r.BLACK, (at[0] - 0.05, at[1], 0.0), 1.18, (0.018, 0.018), 8)], []
 
 
 def _rims(x: float, y: float, side: float) -> _Lit:
@@ -286,15 +346,15 @@ def _gels(x: float, y: float, side: float) -> _Lit:
         ((1.0, 0.5, 0.1), (0.1, 0.75, 0.8)),
     ]
     pair = pairs[0 if side > 0 else 1]
-    first = softbox((x * 0.6, y / 2.0 + 2.2, 1.8), aim, 0.9, 1.2, r.times(pair[0], 24.0))
-    second = softbox((x * 0.6, y / 2.0 - 2.2, 1.7), aim, 0.9, 1.2, r.times(pair[1], 24.0))
+    first = softbox((x * 0.28, y / 2.0 + 2.1, 1.8), aim, 0.9, 1.2, r.times(pair[0], 24.0))
+    second = softbox((x * 0.28, y / 2.0 - 2.1, 1.7), aim, 0.9, 1.2, r.times(pair[1], 24.0))
     fill = softbox((0.5, y / 2.0, 2.2), aim, 1.2, 1.2, r.times(_FLASH, 6.0))
     return _joined(first, second, fill)
 
 
 def _spot(x: float, y: float, side: float) -> _Lit:
     aim = (x * 0.55, y / 2.0, 1.0)
-    key = softbox((x * 0.35, y / 2.0 + 2.0 * side, 2.4), aim, 0.3, 0.3, r.times(_FLASH, 240.0))
+    key = softbox((x * 0.22, y / 2.0 + 1.8 * side, 2.4), aim, 0.3, 0.3, r.times(_FLASH, 240.0))
     fill = softbox((0.6, y / 2.0 - 1.5 * side, 2.0), aim, 1.2, 1.2, r.times(_FLASH, 3.0))
     return _joined(key, fill)
 

@@ -23,8 +23,8 @@ from services.worker.places.registry import find_own
 __all__ = ["LUMINANCE", "MissingAsset", "furnish"]
 
 Panorama = npt.NDArray[np.float32]
-KEPT_PANORAMAS = 16
-"""Decoded panoramas kept in memory, 6 MB each at 1024 texels: neighbours in a shard share them."""
+KEPT_PANORAMAS = 6
+"""Decoded panoramas kept in memory, 25 MB each at 2048 texels: neighbours in a shard share them."""
 
 
 class _Furnishing:

@@ -22,6 +22,7 @@ METERED_ALBEDO = 0.25
 """Luminance of the skin at which the exposure goes by the light alone; skins are 0.04 to 0.45."""
 PATCH_PX = 32
 """Side of the blocks of panorama that count as one distant lamp each."""
+METERED_PX = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +135,17 @@ def _facing(surface: Seen) -> tuple[Array, Array]:
 
 
 def _whole_blocks(panorama: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """Return the panorama at a size that blocks fit into: the means of areas of it."""
+    """Return the panorama at a size that blocks fit into: the means of areas of it.
+
+    At most METERED_PX wide: a finer panorama has more detail, not more lamps.
+    """
     height, width = panorama.shape[:2]
+    if width > METERED_PX:
+        import cv2
+
+        small = (METERED_PX, METERED_PX // 2)
+        panorama = np.asarray(cv2.resize(panorama, small, interpolation=cv2.INTER_AREA))
+        height, width = panorama.shape[:2]
     if height % PATCH_PX == 0 and width % PATCH_PX == 0:
         return panorama
     import cv2

@@ -9,8 +9,10 @@ from hi5_common.domain.environments import CATALOGUE, EnvironmentEntry, Environm
 from hi5_common.domain.light import LightLevel, light_level
 from services.worker.places.develop import LUMINANCE, balanced, harmonics, in_the_air, mean_rgb
 from services.worker.places.heavens import sphere, sun_direction, sun_disc, sunlight, whole_sky
-from services.worker.places.place import Place, Sky
+from services.worker.places.place import AreaLamp, Place, PointLamp, Sky
 from services.worker.places.recipes import UnknownRecipe, mirrored, place_of, recipe_of
+from services.worker.places.rooms import OAK, Shell, last_bounces
+from services.worker.places.windows import daylight, window
 
 GENERATED = [entry for entry in CATALOGUE.values() if entry.recipe]
 SHAPE = (64, 128)
@@ -134,3 +136,47 @@ def test_harmonics_tell_where_light_comes_from() -> None:
 
 def test_a_place_is_plain_data() -> None:
     assert isinstance(place_of(recipe_of(CATALOGUE["meadow_noon"])), Place)
+
+
+SHELL = Shell(4.0, 3.0, 2.5, OAK, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5))
+
+
+def test_the_sun_shines_through_windows_that_face_it_alone() -> None:
+    day = daylight("noon")
+    beams = {
+        wall: [lamp for lamp in window(wall, SHELL, 1.5, 1.0, day).area if lamp.spread_deg < 10.0]
+        for wall in ("x0", "x1", "y0", "y1")
+    }
+    assert {wall: len(found) for wall, found in beams.items()} == {
+        "x0": 0,
+        "x1": 1,
+        "y0": 1,
+        "y1": 0,
+    }
+    assert beams["x1"][0].towards[2] < -0.5
+    assert not [
+        lamp
+        for lamp in window("x1", SHELL, 1.5, 1.0, daylight("dull")).area
+        if lamp.spread_deg < 10.0
+    ]
+
+
+def test_what_the_bake_does_not_follow_is_given_back_evenly() -> None:
+    lamp = AreaLamp((2.0, 1.5, 2.4), (0.0, 0.0, -1.0), 0.5, 0.4, (10.0, 20.0, 30.0))
+    bulb = PointLamp((1.0, 1.0, 1.0), 0.1, (1.0, 1.0, 1.0))
+    given = sum(
+        math.pi * fill.width_m * fill.height_m * np.array(fill.radiance)
+        for fill in last_bounces(SHELL, [lamp], [bulb])
+    )
+    lit = math.pi * 0.2 * np.array([10.0, 20.0, 30.0]) + 4.0 * math.pi
+    assert given == pytest.approx(0.6**3 * lit, rel=0.02)
+
+
+def test_day_rooms_have_windows_on_two_sides() -> None:
+    for entry in GENERATED:
+        recipe = recipe_of(entry)
+        if entry.origin is not EnvironmentOrigin.INTERIOR or recipe.light not in ("noon", "dull"):
+            continue
+        skies = [lamp for lamp in place_of(recipe).area_lamps if lamp.spread_deg == 136.0]
+        sides = {(round(lamp.towards[0]), round(lamp.towards[1])) for lamp in skies}
+        assert len(sides) >= 2 or recipe.scene == "bathroom", entry.id

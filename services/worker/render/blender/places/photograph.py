@@ -1,5 +1,6 @@
 """Panoramas of a built place: every render setting they depend on is set here."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,7 +39,7 @@ def prepare(scene: bpy.types.Scene, threads: int) -> None:
     cycles.seed = 0
     cycles.use_adaptive_sampling = False
     cycles.use_light_tree = True
-    cycles.max_bounces, cycles.diffuse_bounces, cycles.glossy_bounces = 3, 3, 1
+    cycles.max_bounces, cycles.diffuse_bounces, cycles.glossy_bounces = 2, 2, 1
     cycles.transparent_max_bounces, cycles.transmission_bounces = 2, 1
     cycles.caustics_reflective = cycles.caustics_refractive = False
     cycles.blur_glossy = 1.0
@@ -79,6 +80,32 @@ def photograph(scene: bpy.types.Scene, width_px: int, height_px: int, path: Path
         parts = [part.channels for part in file.parts]
         channels = {name: channel.pixels for part in parts for name, channel in part.items()}
     return _shot(channels)
+
+
+def panorama(scene: bpy.types.Scene, width_px: int, path: Path) -> Shot:
+    """Render all around, (W / 2, W), by the scene's panoramic camera, without a seam behind it.
+
+    A little more than a turn is rendered, for the denoiser knows no way round, and its two ends
+    are mixed where they show the same.
+    """
+    margin = max(width_px // 64, 1)
+    reach = math.pi * (1.0 + 2.0 * margin / width_px)
+    lens = scene.camera.data
+    lens.longitude_min, lens.longitude_max = -reach, reach
+    shot = photograph(scene, width_px + 2 * margin, width_px // 2, path)
+    light, cover, far_m = (closed(part, margin) for part in (shot.light, shot.cover, shot.far_m))
+    return Shot(light, cover, far_m)
+
+
+def closed(wide: F4, margin: int) -> F4:
+    """Return the middle of a picture whose ends repeat each other by 2 * margin columns, mixed."""
+    turn = np.array(wide[:, margin:-margin])
+    own = (0.5 + (np.arange(margin) + 0.5) / (2.0 * margin)).astype(np.float32)
+    own = own.reshape(1, -1, *(1,) * (wide.ndim - 2))
+    turn[:, :margin] = own * turn[:, :margin] + (1.0 - own) * wide[:, -margin:]
+    back = own[:, ::-1]
+    turn[:, -margin:] = back * turn[:, -margin:] + (1.0 - back) * wide[:, :margin]
+    return turn
 
 
 def _shot(channels: dict[str, F4]) -> Shot:

@@ -10,6 +10,11 @@ type _Tree = bpy.types.NodeTree
 type _Socket = bpy.types.NodeSocket
 
 
+_GRIT_M = 0.07
+_GRIT_SHADES = (0.62, 1.38)
+"""What the ground at one's feet is made of: far away it is finer than a texel and averages out."""
+
+
 def new_material(finish: Finish) -> bpy.types.Material:
     """Return a new material that looks like `finish`."""
     material = bpy.data.materials.new(finish.pattern.value)
@@ -67,7 +72,9 @@ def _patches(tree: _Tree, finish: Finish, node: bpy.types.Node) -> None:
     wide = _noise(tree, _position(tree), 1.0 / finish.scale_m, detail=8.0, roughness=0.72)
     broad = _noise(tree, _position(tree), 0.11 / finish.scale_m, detail=3.0, roughness=0.6)
     colour = _mixed(tree, _stretched(tree, wide, 0.39, 0.61), finish)
-    _paint(tree, _shaded(tree, colour, broad, 0.72, 1.3), node)
+    grit = _noise(tree, _position(tree), 1.0 / _GRIT_M, detail=3.0, roughness=0.75)
+    gritty = _shaded(tree, colour, grit, *_GRIT_SHADES)
+    _paint(tree, _shaded(tree, gritty, broad, 0.72, 1.3), node)
     bump = tree.nodes.new("ShaderNodeBump")
     bump.inputs["Strength"].default_value = 0.6
     bump.inputs["Distance"].default_value = finish.scale_m * 0.05
@@ -145,7 +152,7 @@ def _picture(tree: _Tree, finish: Finish, node: bpy.types.Node) -> None:
     stops[0].position, stops[1].position = 0.35, 0.62
     stops[0].color, stops[1].color = (*finish.rgb, 1.0), (*finish.second_rgb, 1.0)
     middle = stops.new(0.49)
-    middle.color = (0.75, 0.7, 0.6, 1.0)
+    middle.color = (0.62, 0.54, 0.40, 1.0)
     tree.links.new(noise.outputs["Factor"], ramp.inputs["Factor"])
     _paint(tree, ramp.outputs["Color"], node)
 
