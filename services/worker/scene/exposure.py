@@ -17,7 +17,7 @@ from services.worker.scene.types import Array, Camera, Rgb
 from services.worker.scene.view import camera_position
 
 MAX_LOW_LIGHT_EV = 1.5
-SKIN_SHARE_OF_METER = 0.25
+SKIN_SHARE_OF_METER = 0.6
 METERED_ALBEDO = 0.25
 """Luminance of the skin at which the exposure goes by the light alone; skins are 0.04 to 0.45."""
 PATCH_PX = 32
@@ -99,9 +99,9 @@ def low_light_ev(luminance: float) -> float:
 def skin_lift_ev(dorsum_rgb: Rgb) -> float:
     """Return the stops that a camera adds for dark skin and takes off for light skin.
 
-    A camera meters what its sensor gets, not the light: the hand fills about a quarter of what is
-    metered, so a quarter of what the skin is darker than METERED_ALBEDO is made up for. Darker skin
-    stays darker in the picture.
+    A camera meters what its sensor gets, not the light. A centre-weighted meter gives the middle of
+    the picture 60 % of the weight, and the hand fills it: so much of what the skin is darker than
+    METERED_ALBEDO is made up for. Darker skin stays darker in the picture.
     """
     albedo = float(np.dot(dorsum_rgb, LUMINANCE))
     return SKIN_SHARE_OF_METER * math.log2(METERED_ALBEDO / albedo)
