@@ -10,8 +10,7 @@ F4 = npt.NDArray[np.float32]
 
 REFERENCE_SIDE_PX = 640
 BRIGHTEST = 16.0
-"""Four stops over white: what a lens still spreads. A sun in the panorama is a thousand times that
-and its blur would be a white disc."""
+"""Four stops over white: where light ends; beyond it the shoulder is flat to a level of 8 bits."""
 BACKGROUND_M = 3.0
 """How far away the background is taken to be: panoramas do not say."""
 SHOULDER_START = 0.5
@@ -43,14 +42,19 @@ def out_of_focus(
     return mixed
 
 
-def photographed(light: F4, look: CameraLook) -> F4:
-    """Return exposed light (H, W, 3), white = 1, as sensor and tone curve give it, 0..1."""
-    side_px = min(light.shape[:2])
+def photographed(bent: F4, look: CameraLook) -> F4:
+    """Return light (H, W, 3) bent by `shoulder` as lens and sensor give it, 0..1.
+
+    The lens blurs bent light, so that an outline is as soft before a window as before a wall; the
+    blur of light itself eats as much of the hand as the window is bright.
+    """
+    side_px = min(bent.shape[:2])
     sigma_px = look.softness * side_px / REFERENCE_SIDE_PX
-    light = np.minimum(light, np.float32(BRIGHTEST))
     if sigma_px >= FAINTEST_BLUR_PX:
-        light = _blurred(light, sigma_px)
-    return shoulder(noisy(light, look))
+        bent = _blurred(bent, sigma_px)
+    if look.shot_noise == 0.0 and look.read_noise == 0.0:
+        return bent
+    return shoulder(noisy(straightened(bent), look))
 
 
 def noisy(light: F4, look: CameraLook) -> F4:
@@ -66,14 +70,22 @@ def noisy(light: F4, look: CameraLook) -> F4:
 
 
 def shoulder(light: F4) -> F4:
-    """Return light with its highlights rolled off below 1, itself up to SHOULDER_START = s.
+    """Return exposed light, white = 1, with its highlights rolled off, itself up to s = 0.5.
 
-    s + (1 - s) · u / (1 + u) with u = (light - s) / (1 - s): slope 1 at s, twice white gives 0.875.
+    s + (1 - s) · u / (1 + u) with u = (light - s) / (1 - s), slope 1 at s, twice white gives 0.875;
+    light beyond BRIGHTEST is BRIGHTEST.
     """
     start = np.float32(SHOULDER_START)
-    over = np.maximum(light - start, 0.0) / (1 - start)
-    bent: F4 = np.minimum(light, start) + (1 - start) * over / (1 + over)
-    return bent
+    over = np.maximum(np.minimum(light, np.float32(BRIGHTEST)) - start, 0.0) / (1 - start)
+    return np.add(np.minimum(light, start), (1 - start) * over / (1 + over), dtype=np.float32)
+
+
+def straightened(bent: F4) -> F4:
+    """Return the light that `shoulder` bends to this."""
+    start = np.float32(SHOULDER_START)
+    share = np.maximum(bent - start, 0.0) / (1 - start)
+    light: F4 = np.add(np.minimum(bent, start), (1 - start) * share / (1 - share), dtype=np.float32)
+    return light
 
 
 def _blurred(picture: F4, sigma_px: float) -> F4:

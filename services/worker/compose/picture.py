@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from services.worker.compose.background import render_background
-from services.worker.compose.camera_look import out_of_focus, photographed
+from services.worker.compose.camera_look import out_of_focus, photographed, shoulder
 from services.worker.render.port import Frame
 from services.worker.scene.types import HandScene
 
@@ -23,10 +23,24 @@ def compose_picture(scene: HandScene, frame: Frame | None, panorama: F4) -> U1:
         wanted[frame.region.slices] = frame.rgba[..., 3] < 1.0
     light = render_background(scene.camera, panorama, scene.light.rotation_z_deg, wanted)
     light = out_of_focus(light, wanted, scene.look, lens.fx_px, scene.view.distance_m)
+    gain = np.float32(2.0**scene.light.exposure_ev)
+    light = shoulder(np.multiply(light, gain, dtype=np.float32))
     if frame is not None:
-        light[frame.region.slices] = over(frame.rgba, light[frame.region.slices])
-    exposed = light * np.float32(2.0**scene.light.exposure_ev)
-    return to_srgb8(photographed(exposed, scene.look))
+        hand = bent_layer(frame.rgba, gain)
+        light[frame.region.slices] = over(hand, light[frame.region.slices])
+    return to_srgb8(photographed(light, scene.look))
+
+
+def bent_layer(rgba: F4, gain: np.float32) -> F4:
+    """Return premultiplied light (H, W, 4), exposed by a gain and bent by the shoulder alone.
+
+    Layers are laid over each other after the shoulder: before it, a pixel of which the hand covers
+    all but a tenth is white before a window ten times as bright as white, and the outline a stair.
+    """
+    alpha = np.clip(rgba[..., 3:], 0.0, 1.0)
+    own = np.multiply(rgba[..., :3], gain / np.maximum(alpha, np.float32(1e-6)), dtype=np.float32)
+    bent: F4 = np.concatenate([shoulder(own) * alpha, alpha], axis=-1)
+    return bent
 
 
 def over(rgba: F4, behind: F4) -> F4:

@@ -43,17 +43,19 @@ class Daylight:
 def daylight(kind: str) -> Daylight:
     """Return noon, dull, low (a low sun's warm light), dusk or night."""
     return {
-        "noon": Daylight(times(_DAY, 10.0), (0.8, 1.5, 0.35), (2.6, 3.4, 1.5), (74.0, 66.0, 54.0)),
-        "dull": Daylight(times((0.95, 0.99, 1.04), 6.0), (0.6, 0.9, 0.4), (1.3, 1.6, 1.0)),
+        "noon": Daylight(
+            times(_DAY, 10.0), (0.42, 0.62, 0.22), (1.7, 1.9, 1.1), (74.0, 66.0, 54.0)
+        ),
+        "dull": Daylight(times((0.95, 0.99, 1.04), 6.0), (0.36, 0.46, 0.26), (1.1, 1.2, 0.9)),
         "low": Daylight(
             times(_LOW_SUN, 6.0),
-            (0.7, 0.6, 0.2),
+            (0.5, 0.42, 0.16),
             (1.8, 1.3, 0.7),
             (60.0, 34.0, 14.0),
             (-0.84, 0.38, -0.38),
         ),
         "dusk": Daylight((0.17, 0.24, 0.42), (0.02, 0.025, 0.03), (0.03, 0.035, 0.05)),
-        "night": Daylight((0.011, 0.013, 0.02), (0.004, 0.004, 0.005), (0.02, 0.014, 0.008)),
+        "night": Daylight((0.003, 0.0036, 0.0055), (0.001, 0.001, 0.0012), (0.006, 0.004, 0.002)),
     }[kind]
 
 
@@ -113,7 +115,7 @@ def _outlook(
 
     middle = horizon + 0.45 * (top - horizon)
     pale = blend(times(day.sky, 1.25), (sum(day.sky) / 2.4,) * 3, 0.4)
-    edges = np.linspace(low, high, max(round((high - low) / 0.07), 2))
+    edges = np.linspace(low, high, max(round((high - low) / 0.03), 2))
     crowns = []
     for a, b in itertools.pairwise(edges.tolist()):
         tall = (

@@ -5,11 +5,13 @@ import pytest
 
 from hi5_common.domain.seeding import factor_rng
 from services.worker.compose.camera_look import (
+    BRIGHTEST,
     SHOULDER_START,
     noisy,
     out_of_focus,
     photographed,
     shoulder,
+    straightened,
 )
 from services.worker.scene.camera_look import PLAIN_LOOK, CameraLook, draw_camera_look
 
@@ -66,11 +68,13 @@ def test_noise_is_drawn_by_its_seed_alone() -> None:
 
 
 def test_the_shoulder_keeps_order_and_never_burns() -> None:
-    light = np.linspace(0.0, 50.0, 2001, dtype=np.float32)
+    light = np.linspace(0.0, BRIGHTEST, 2001, dtype=np.float32)
     bent = shoulder(light)
     assert (bent[light <= SHOULDER_START] == light[light <= SHOULDER_START]).all()
     assert (np.diff(bent) > 0).all()
     assert bent.max() < 1.0
+    assert shoulder(np.array([1e4], dtype=np.float32)) == bent.max()
+    assert straightened(bent) == pytest.approx(light, rel=1e-4)
     around = shoulder(np.array([0.499, 0.5, 0.501], dtype=np.float32))
     assert np.diff(around) == pytest.approx(1e-3, rel=0.02)
 

@@ -5,8 +5,9 @@ import pytest
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.spec import ImageFormat, ImageRequest
 from services.worker.compose.background import MAX_READINGS, readings_per_side, render_background
+from services.worker.compose.camera_look import shoulder
 from services.worker.compose.encode import encode_picture
-from services.worker.compose.picture import over, to_srgb8
+from services.worker.compose.picture import bent_layer, over, to_srgb8
 from services.worker.scene.types import Camera, Intrinsics
 
 NARROW = Intrinsics(4000.0, 4000.0, 4.0, 4.0, 8, 8)
@@ -69,6 +70,18 @@ def test_over_keeps_both_lights() -> None:
     rgba = np.array([[[0.25, 0.0, 0.0, 0.5], [0.0, 0.0, 0.0, 0.0]]], dtype=np.float32)
     behind = np.ones((1, 2, 3), dtype=np.float32)
     assert over(rgba, behind).tolist() == [[[0.75, 0.5, 0.5], [1.0, 1.0, 1.0]]]
+
+
+@pytest.mark.parametrize("window", [0.4, 2.0, 16.0, 60_000.0])
+def test_a_half_covered_pixel_is_half_way_however_bright_the_window(window: float) -> None:
+    coverage = np.linspace(0.0, 1.0, 11, dtype=np.float32)
+    rgba = np.stack([0.15 * coverage] * 3 + [coverage], axis=-1)[None]
+    gain = np.float32(2.0)
+    behind = shoulder(np.full((1, 11, 3), window, dtype=np.float32) * gain)
+    seen = over(bent_layer(rgba, gain), behind)[0, :, 0]
+    assert seen[-1] == pytest.approx(0.3)
+    # Even steps: laid over before the shoulder, the first nine are all white.
+    assert np.diff(seen) == pytest.approx((0.3 - behind[0, 0, 0]) / 10.0, abs=1e-5)
 
 
 def test_the_srgb_curve() -> None:
