@@ -85,7 +85,7 @@ def test_a_region_is_cut_out_of_the_whole_frame(
 ) -> None:
     shot = take(hands, OFF_CENTRE)
     region = PixelRect(20, 31, 77, 84)
-    many = replace(NOISY, samples=64)
+    many = replace(NOISY, samples=256)
     whole = cycles.render(shot.scene, shot.geometry, shot.whole_frame, many).rgba
     part = cycles.render(shot.scene, shot.geometry, region, many).rgba
     cut = whole[region.slices]

@@ -4,7 +4,6 @@ Everything is plain data that can be printed, hashed and saved as JSON; geometry
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +12,7 @@ from hi5_common.domain.plan import Cell
 from hi5_common.domain.vocabulary import Pose
 from services.worker.hand.angles import JointAngles
 from services.worker.hand.shape import HandShape
+from services.worker.hand.skinmaps.planes import Plane
 from services.worker.ornaments.mesh import OrnamentMesh
 from services.worker.ornaments.worn import BARE, Worn
 from services.worker.scene.camera_look import PLAIN_LOOK, CameraLook
@@ -68,43 +68,31 @@ class Light:
     exposure_ev: float
 
 
+type Mix = tuple[tuple[Plane, float], ...]
+"""Planes of the skin maps, each with a weight."""
+
+
 @dataclass(frozen=True)
-class Pigment:
-    """What a whole unit of each skin map does to the logarithm of the albedo, per colour.
+class Layer:
+    """One filter over the skin: a unit of its mix adds `rgb` to the logarithm of the albedo."""
 
-    Albedo = base x exp(sum of gain x (map - neutral)): pigments are filters, one over another.
-    """
-
-    NEUTRAL: ClassVar[tuple[float, ...]] = (0.0, 0.5, 0.5, 0.0, 0.0, 0.0)
-    """The value of each map, in the order of the fields, where the skin has its base colour."""
-
-    glabrous: Rgb
-    blood: Rgb
-    melanin: Rgb
-    veins: Rgb
-    freckles: Rgb
-    age_spots: Rgb
-
-    def gains(self) -> tuple[Rgb, ...]:
-        """Return the gains in the order of the maps."""
-        return (
-            self.glabrous,
-            self.blood,
-            self.melanin,
-            self.veins,
-            self.freckles,
-            self.age_spots,
-        )
+    rgb: Rgb
+    mix: Mix
 
 
 @dataclass(frozen=True)
-class ReliefStrength:
-    """Factors on the heights of still folds, folds of slack skin, fine pattern and sinews."""
+class Pigment:
+    """Albedo = base x exp(sum of layers): pigments are filters, one over another."""
 
-    folds: float
-    slack: float
-    pattern: float
-    sinews: float
+    layers: tuple[Layer, ...]
+
+
+@dataclass(frozen=True)
+class Relief:
+    """Heights over the mesh in millimetres: what stays, and folds that a bent joint pulls flat."""
+
+    still: Mix
+    slack: Mix
 
 
 @dataclass(frozen=True)
@@ -128,10 +116,15 @@ class Skin:
     palm_rgb: Rgb
     nail_rgb: Rgb
     pigment: Pigment
-    relief: ReliefStrength
+    relief: Relief
     mean_free_path_mm: Rgb
     roughness: float
     nail_polish: NailPolish | None
+    nail_edge_from: float
+    """Where the nails' free edge begins, on the way from their root (-1) to their tip (1)."""
+
+    lunula: float
+    """How clear the half moons are, 0..1."""
 
 
 @dataclass(frozen=True)

@@ -77,20 +77,21 @@ class Skin:
     def noise(self, wavelength_mm: float, octaves: int, name: str, rows: Rows | None = None) -> F8:
         """Noise in about -1..1 at all texels, or at some (M,), in octaves of ever finer detail.
 
-        What is longer than the mesh is wide is evaluated at its vertices, of which there are few.
+        What is longer than the mesh is wide is evaluated at its vertices where these are fewer.
         """
         corners = self.texels.corners if rows is None else self.texels.corners[rows]
         weights = self.texels.weights if rows is None else self.texels.weights[rows]
         coarse = np.zeros(len(self.vertices_mm), dtype=np.float32)
         fine = np.zeros(len(corners), dtype=np.float32)
         points_mm = self.points_mm if rows is None else self.points_mm[rows]
+        few = len(self.vertices_mm) < len(corners)
         for number, length_mm, gain in octaves_of(wavelength_mm, octaves):
             key = f"{name}/{number}"
-            if length_mm >= MESH_MM:
+            if length_mm >= MESH_MM and few:
                 coarse += np.float32(gain) * value_noise(self.vertices_mm, length_mm, key)
             else:
                 fine += np.float32(gain) * value_noise(points_mm, length_mm, key)
-        if wavelength_mm >= MESH_MM:
+        if wavelength_mm >= MESH_MM and few:
             fine += np.einsum("tk,tk->t", coarse[corners], weights)
         return fine.astype(np.float64)
 
@@ -116,6 +117,11 @@ class Skin:
         area_m2 = self.texels.area_m2
         held: F8 = np.minimum(area_m2, STRETCHED * np.median(area_m2))
         return held
+
+    @cached_property
+    def texel_mm(self) -> float:
+        """How wide a texel of the hand is, as a rule."""
+        return MM_PER_M * float(np.sqrt(np.median(self.texels.area_m2)))
 
     @cached_property
     def detailed(self) -> F8:

@@ -68,10 +68,6 @@ class Texels:
         weights = self.weights.reshape(*self.weights.shape, *(1,) * (values.ndim - 1))
         return np.asarray((values[self.corners] * weights).sum(axis=1), dtype=np.float64)
 
-    def picture(self, values: F8) -> npt.NDArray[np.float32]:
-        """The picture (side, side) of values at texels (T,), padded past every seam."""
-        return values.astype(np.float32)[self.nearest]
-
 
 def rasterised(vertices_m: F8, quads: I4, uvs: F4, side_px: int) -> Texels:
     """Find the triangle under each texel's centre: quads (G, 4), atlas uvs (G, 4, 2)."""

@@ -1,7 +1,8 @@
-"""The skin maps of one hand: pictures of pigment, marks and relief, and what their mean needs."""
+"""The skin maps of one hand: planes of pigment, marks and relief, and what their mean needs."""
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -9,82 +10,127 @@ from services.worker.hand.asset import F8
 from services.worker.hand.model import HandModel
 from services.worker.hand.skinmaps import colour_maps, relief
 from services.worker.hand.skinmaps.anatomy import Skin, skin_of_hand
-from services.worker.hand.skinmaps.atlas import Texels
 from services.worker.hand.skinmaps.creases import creases_of
+from services.worker.hand.skinmaps.lines import DORSAL_TREES
 from services.worker.hand.skinmaps.nails import nails_of
+from services.worker.hand.skinmaps.planes import HEIGHTS, MARKS, PLANES, Plane, scale_of
 
 Bytes = npt.NDArray[np.uint8]
-Halves = npt.NDArray[np.float16]
+Shorts = npt.NDArray[np.int16]
 
-MAPS_VERSION = "4"
+MAPS_VERSION = "5"
 """Raised with every change that alters a map."""
 STATISTIC_ROWS = 8192
-BYTE = 255.0
-PIGMENT_NEUTRAL = (0.0, 0.5, 0.5, 0.0)
+HALVED_FROM_PX = 1024
 
 
 @dataclass(frozen=True, eq=False)
 class SkinMaps:
-    """Square pictures over the atlas, first row at v = 1, and the dorsum's pigment.
+    """Square planes over the atlas, first row at v = 0, and the dorsum's values.
 
-    pigment (S, S, 4) u1: glabrous share, blood, melanin (0.5 is the skin's own), veins.
-    marks (S, S, 4) u1: freckles, age spots, nail plate, nail zone (0 lunula, 0.5 bed, 1 edge).
-    relief_mm (S, S, 4) f2: still folds, folds of slack skin, fine pattern, tendons and veins.
-    dorsum (N, 6) f4: glabrous, blood, melanin, veins, freckles, age spots at points spread over
-    the back of the hand, each standing for the same area.
+    marks (M, S, S) u1 in the order of MARKS; heights (H, S, S) i2 in the order of HEIGHTS; see
+    `scale_of` for what their numbers mean. dorsum (N, K) f4 values of all PLANES at points spread
+    over the back of the hand, each standing for the same area.
     """
 
-    pigment: Bytes
     marks: Bytes
-    relief_mm: Halves
+    heights: Shorts
     dorsum: npt.NDArray[np.float32]
+
+    def plane(self, plane: Plane) -> Bytes | Shorts:
+        """Return the stored numbers (S, S) of a plane."""
+        stored: Bytes | Shorts = (
+            self.heights[HEIGHTS.index(plane)]
+            if plane in HEIGHTS
+            else self.marks[MARKS.index(plane)]
+        )
+        return stored
 
 
 def skin_maps(model: HandModel, side_px: int) -> SkinMaps:
-    """Evaluate every map from the rest surface of a right hand (about 2 s at 1024 px)."""
+    """Evaluate every plane from the rest surface of a right hand (about 3 s at 1024 px).
+
+    What changes slowly over the skin is evaluated at half the size where that is fine enough.
+    """
     skin = skin_of_hand(model, side_px)
-    creases, nails, cells = creases_of(skin), nails_of(skin), relief.skin_cells(skin)
-    veins = colour_maps.vein_map(skin)
-    pigment = [
-        colour_maps.glabrous_map(skin, creases),
-        colour_maps.blood_map(skin, creases),
-        colour_maps.melanin_map(skin, creases, cells),
-        veins,
-    ]
-    spots = [
-        colour_maps.spot_map(skin, kind) for kind in (colour_maps.FRECKLES, colour_maps.AGE_SPOTS)
-    ]
-    pigment = [
-        neutral + (values - neutral) * skin.detailed
-        for values, neutral in zip(pigment, PIGMENT_NEUTRAL, strict=True)
-    ]
-    heights_mm = [
-        relief.still_relief_mm(skin, creases, nails),
-        creases.dorsal_mm,
-        relief.pattern_mm(skin, nails, cells),
-        relief.sinew_mm(skin, veins),
-    ]
+    broad = skin if side_px < HALVED_FROM_PX else skin_of_hand(model, side_px // 2)
+    pictures = {plane: _picture(plane, values, skin) for plane, values in _sharp(skin).items()}
+    for plane, values in _broad(broad).items():
+        picture = _picture(plane, values, broad)
+        pictures[plane] = picture if broad is skin else _enlarged(picture, side_px)
     return SkinMaps(
-        _bytes(skin.texels, pigment),
-        _bytes(skin.texels, [*spots, nails.plate, nails.zone]),
-        _picture(skin.texels, [h * skin.detailed for h in heights_mm]).astype(np.float16),
-        _spread_evenly(skin, np.round(np.stack([*pigment, *spots], axis=1) * BYTE) / BYTE),
+        np.stack([pictures[plane] for plane in MARKS]),
+        np.stack([pictures[plane] for plane in HEIGHTS]),
+        _spread_evenly(skin, pictures),
     )
 
 
-def _picture(texels: Texels, channels: list[F8]) -> npt.NDArray[np.float32]:
-    picture = np.stack([texels.picture(channel) for channel in channels], axis=-1)
-    return np.ascontiguousarray(picture[::-1])
+def _sharp(skin: Skin) -> dict[Plane, F8]:
+    """Planes of lines and edges at texels; what is no nail fades where the atlas ends."""
+    creases, nails, cells = creases_of(skin), nails_of(skin), relief.skin_cells(skin)
+    line_planes = (Plane.LINES_A, Plane.LINES_B, Plane.LINES_FINE)
+    faded = {
+        **dict(zip(line_planes, creases.palm, strict=True)),
+        Plane.FLEXION: creases.flexion,
+        Plane.STILL: relief.still_mm(skin, creases, nails),
+        Plane.WRINKLES: creases.dorsal_mm,
+        Plane.PATTERN: relief.pattern_mm(skin, nails, cells),
+    }
+    whole = {plane: values * skin.detailed for plane, values in faded.items()}
+    whole[Plane.NAIL], whole[Plane.LUNULA] = nails.plate, nails.lunula
+    whole[Plane.NAIL_ALONG] = nails.along
+    return whole
 
 
-def _bytes(texels: Texels, channels: list[F8]) -> Bytes:
-    return np.round(np.clip(_picture(texels, channels), 0.0, 1.0) * BYTE).astype(np.uint8)
+def _broad(skin: Skin) -> dict[Plane, F8]:
+    """Planes of colour, veins, spots and loose skin at texels, faded where the atlas ends."""
+    freckles, age_spots = colour_maps.FRECKLES, colour_maps.AGE_SPOTS
+    planes = {
+        Plane.GLABROUS: colour_maps.glabrous_map(skin),
+        Plane.BLOOD: colour_maps.blood_map(skin),
+        Plane.MELANIN: colour_maps.melanin_map(skin),
+        Plane.BLOTCH_A: colour_maps.blotch_map(skin, "a"),
+        Plane.BLOTCH_B: colour_maps.blotch_map(skin, "b"),
+        Plane.MOTTLE_A: colour_maps.mottle_map(skin, "a"),
+        Plane.MOTTLE_B: colour_maps.mottle_map(skin, "b"),
+        Plane.VEINS_A: colour_maps.vein_map(skin, DORSAL_TREES[0], "a"),
+        Plane.VEINS_B: colour_maps.vein_map(skin, DORSAL_TREES[1], "b"),
+        Plane.FRECKLES_A: colour_maps.spot_map(skin, freckles, "a"),
+        Plane.FRECKLES_B: colour_maps.spot_map(skin, freckles, "b"),
+        Plane.AGE_SPOTS_A: colour_maps.spot_map(skin, age_spots, "a"),
+        Plane.AGE_SPOTS_B: colour_maps.spot_map(skin, age_spots, "b"),
+        Plane.TENDONS: relief.tendons_mm(skin),
+        Plane.CREPE: relief.crepe_mm(skin),
+    }
+    return {plane: values * skin.detailed for plane, values in planes.items()}
 
 
-def _spread_evenly(skin: Skin, values: F8) -> npt.NDArray[np.float32]:
-    """Rows of values (T, K) at points that share the dorsum's area evenly, in texel order."""
+def _picture(plane: Plane, values: F8, skin: Skin) -> Bytes | Shorts:
+    """The stored numbers (S, S) of values at texels (T,), padded past every seam."""
+    step, zero = scale_of(plane)
+    if plane in HEIGHTS:
+        numbers = np.clip(np.round(values / step), -32767, 32767).astype(np.int16)
+    else:
+        numbers = np.clip(np.round(values / step + zero), 0, 255).astype(np.uint8)
+    picture: Bytes | Shorts = numbers[skin.texels.nearest]
+    return picture
+
+
+def _enlarged(picture: Bytes | Shorts, side_px: int) -> Bytes | Shorts:
+    size_px = (side_px, side_px)
+    if picture.dtype == np.uint8:
+        return cv2.resize(picture, size_px).astype(np.uint8)
+    return cv2.resize(picture, size_px).astype(np.int16)
+
+
+def _spread_evenly(skin: Skin, pictures: dict[Plane, Bytes | Shorts]) -> npt.NDArray[np.float32]:
+    """Values (N, K) of all PLANES at points that share the dorsum's area evenly."""
     rows = np.flatnonzero(skin.dorsum)
     reach = np.cumsum(skin.texels.area_m2[rows])
     steps = (np.arange(STATISTIC_ROWS) + 0.5) / STATISTIC_ROWS * reach[-1]
-    picked: npt.NDArray[np.float32] = values[rows[np.searchsorted(reach, steps)]].astype(np.float32)
-    return picked
+    picked = skin.texels.pixels[rows[np.searchsorted(reach, steps)]]
+    columns = []
+    for plane in PLANES:
+        step, zero = scale_of(plane)
+        columns.append(step * (pictures[plane].reshape(-1)[picked].astype(np.float64) - zero))
+    return np.stack(columns, axis=1).astype(np.float32)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hi5_common.domain.vocabulary import Gender
 from services.worker.hand.asset import F8
 from services.worker.hand.bones import BONE_INDEX
 from services.worker.hand.maps import smoothstep
@@ -15,38 +16,59 @@ from services.worker.hand.skinmaps.noise import value_noise
 REACH_MM = 16.0
 DOME_MM = 0.55
 """A nail is rounder across than the mesh under it."""
-LUNULA_SHARE = {"thumb": 1.0, "index": 0.75, "middle": 0.7, "ring": 0.5, "pinky": 0.0}
+LUNULA_SHARE = {"thumb": 1.0, "index": 0.6, "middle": 0.5, "ring": 0.15, "pinky": 0.0}
 """How much of the half moon shows: most on the thumb, none on the little finger."""
+RIDGE_MM = 0.035
+SHORTER = {Gender.FEMALE: 0.0, Gender.MALE: 0.07}
+"""Men cut their nails shorter: so much of half a nail's length less of it is free."""
 
 
 @dataclass(frozen=True, eq=False)
 class Nails:
-    """Over texels (T,): plate 0..1; zone 0 lunula, 0.5 bed, 1 free edge; relief in mm."""
+    """Over texels (T,): plate and lunula 0..1; along, the way to the tip, -1 root to 1; relief, mm.
+
+    The free edge begins where `along` passes what the individual's nails are cut to.
+    """
 
     plate: F8
-    zone: F8
+    along: F8
+    lunula: F8
     relief_mm: F8
 
 
 def nails_of(skin: Skin) -> Nails:
     """All five nails, each fitted to the nail of the mesh."""
     count = skin.texels.count
-    plate, zone, relief_mm = np.zeros(count), np.full(count, 0.5), np.zeros(count)
+    plate, lunula, relief_mm = (np.zeros(count) for _ in range(3))
+    on_nail = np.zeros(count)
+    shorter = SHORTER[skin.model.gender]
     for digit, name in enumerate(DIGITS):
         rows, along, across, size_mm = _plate_coordinates(skin, digit, name)
         inside_mm, edge = _plate_edge_mm(along, across, size_mm)
         plate[rows] = smoothstep(-0.16, 0.16, inside_mm)
-        zone[rows] = _zone(along, across, LUNULA_SHARE[name])
-        ridges = 0.012 * value_noise(
-            np.stack([across * 26.0, along * 1.2, np.zeros(len(rows))], axis=1), 1.0, "nail/ridges"
-        )
+        lunula[rows] = _lunula(along, across, LUNULA_SHARE[name])
+        # The edge is cut in a bow, a little less than the tip's own.
+        on_nail[rows] = np.clip(along + 0.12 * across**2 - shorter, -1.0, 1.0)
         fold = bump(inside_mm, 0.3) * edge
         swell = bump(inside_mm + 0.9, 0.8) * edge
         dome = DOME_MM * (1.0 - np.clip(across, -1.0, 1.0) ** 2)
-        relief_mm[rows] = plate[rows] * (ridges + dome) - 0.28 * fold + 0.16 * swell
+        relief_mm[rows] = plate[rows] * dome - 0.28 * fold + 0.16 * swell
         free = smoothstep(0.80, 0.92, along) * plate[rows]
         relief_mm[rows] += 0.10 * free
-    return Nails(plate, zone, relief_mm)
+    return Nails(plate, on_nail, lunula, relief_mm)
+
+
+def nail_ridges_mm(skin: Skin) -> F8:
+    """Fine ridges along the nails (T,), mm; 0 away from them. They show in old age."""
+    ridges_mm = np.zeros(skin.texels.count)
+    for digit, name in enumerate(DIGITS):
+        rows, along, across, _ = _plate_coordinates(skin, digit, name)
+        for number, across_count, share in ((0, 9.0, 0.6), (1, 21.0, 0.4)):
+            places = np.stack(
+                [across * across_count, along * 0.7, np.full(len(rows), 3.7 * digit)], axis=1
+            )
+            ridges_mm[rows] += share * RIDGE_MM * value_noise(places, 1.0, f"nail/{number}")
+    return ridges_mm
 
 
 def _plate_coordinates(
@@ -85,8 +107,7 @@ def _plate_edge_mm(along: F8, across: F8, size_mm: tuple[float, float]) -> tuple
     return inside_mm, folded
 
 
-def _zone(along: F8, across: F8, lunula: float) -> F8:
-    free = smoothstep(0.76, 0.88, along + 0.12 * across**2)
-    reach = -0.98 + 0.42 * lunula
-    moon = smoothstep(0.06, -0.06, along - reach + 0.75 * across**2) if lunula else 0.0 * along
-    return np.asarray(0.5 + 0.5 * free - 0.5 * moon * min(1.0, 0.6 + lunula))
+def _lunula(along: F8, across: F8, share: float) -> F8:
+    reach = -0.98 + 0.42 * share
+    moon = smoothstep(0.07, -0.07, along - reach + 0.75 * across**2) if share else 0.0 * along
+    return np.asarray(moon * min(1.0, 0.3 + share))

@@ -9,7 +9,7 @@ from services.worker.hand.bones import BONE_INDEX, FINGERS
 from services.worker.hand.maps import smoothstep
 from services.worker.hand.skinmaps.anatomy import MM_PER_M, Skin, bump, joints, near
 from services.worker.hand.skinmaps.creases import Creases
-from services.worker.hand.skinmaps.nails import Nails
+from services.worker.hand.skinmaps.nails import Nails, nail_ridges_mm
 from services.worker.hand.skinmaps.noise import value_noise
 
 PATTERN_SPACING_MM = 1.05
@@ -17,14 +17,20 @@ PATTERN_DEPTH_MM = 0.11
 RIDGE_PERIOD_MM = 0.5
 RIDGE_DEPTH_MM = 0.045
 RIDGES_FROM_PX = 2048
-TENDON_MM = 0.9
-VEIN_MM = 0.55
+CREPE_FOLDS = (
+    (19.0, 6.0, 4.0, 0.16, 0.26),
+    (11.0, 3.0, 28.0, 0.15, 0.12),
+    (11.0, 3.0, -31.0, 0.15, 0.12),
+    (6.0, 1.8, 9.0, 0.18, 0.07),
+)
+"""Families of folds: how long, how far apart (mm), aslant (degrees), share grooved, depth (mm)."""
+CREPE_ON_DIGITS = 0.7
 
 
-def still_relief_mm(skin: Skin, creases: Creases, nails: Nails) -> F8:
-    """Folds that stay whatever the pose: palmar creases, nails, unevenness."""
+def still_mm(skin: Skin, creases: Creases, nails: Nails) -> F8:
+    """What stays whatever the pose: the creases of the digits, nails, unevenness."""
     lumps = 0.05 * skin.noise(6.0, 3, "lumps") * (1.0 - nails.plate)
-    return creases.palmar_mm + nails.relief_mm + lumps
+    return creases.flexion_mm + nails.relief_mm + lumps
 
 
 def pattern_mm(skin: Skin, nails: Nails, cells: F8) -> F8:
@@ -33,7 +39,8 @@ def pattern_mm(skin: Skin, nails: Nails, cells: F8) -> F8:
     hairy = -PATTERN_DEPTH_MM * cells
     pores = 0.02 * skin.noise(1.6, 2, "pores")
     glabrous = _ridges_mm(skin) if skin.texels.side_px >= RIDGES_FROM_PX else pores
-    return np.asarray((hairy * (1.0 - palmar) + glabrous * palmar) * (1.0 - nails.plate))
+    pattern = (hairy * (1.0 - palmar) + glabrous * palmar) * (1.0 - nails.plate)
+    return np.asarray(pattern + nail_ridges_mm(skin) * nails.plate)
 
 
 def skin_cells(skin: Skin) -> F8:
@@ -76,8 +83,8 @@ def _ridges_mm(skin: Skin) -> F8:
     return np.asarray(RIDGE_DEPTH_MM * waves * (0.8 + 0.2 * value_noise(flow_mm, 0.9, "ridge")))
 
 
-def sinew_mm(skin: Skin, veins: F8) -> F8:
-    """Relief that thin skin shows: extensor tendons fanning to the knuckles, and veins."""
+def tendons_mm(skin: Skin) -> F8:
+    """Extensor tendons, fanning out to the knuckles: 1 mm over the middle of one."""
     tendons = np.zeros(skin.texels.count)
     rows = np.flatnonzero((skin.facing > 0.2) & (skin.digit == -1))
     points_mm = skin.points_mm[rows]
@@ -88,5 +95,31 @@ def sinew_mm(skin: Skin, veins: F8) -> F8:
         middle = root[0] + share * (knuckle[0] - root[0])
         cord = bump(points_mm[:, 0] - middle, 1.9) * smoothstep(0.15, 0.55, share)
         tendons[rows] = np.maximum(tendons[rows], cord)
-    tendons *= smoothstep(0.2, 0.7, skin.facing)
-    return np.asarray(TENDON_MM * tendons + VEIN_MM * veins)
+    return np.asarray(tendons * smoothstep(0.2, 0.7, skin.facing))
+
+
+def crepe_mm(skin: Skin) -> F8:
+    """Folds of thin, loose skin on the back of hand and wrist (T,), mm, as in great age.
+
+    Lines lie where noise, stretched across the limb and aslant, passes zero: they branch, end and
+    cross as skin's do. Wide folds, finer ones, and the crosshatch between them.
+    """
+    rows = np.flatnonzero(skin.facing > -0.15)
+    points_mm = skin.points_mm[rows]
+    warp = np.stack([skin.noise(17.0, 2, f"crepe/{axis}", rows) for axis in "xyz"], axis=1)
+    folds_mm = np.zeros(len(rows))
+    for number, (length_mm, apart_mm, slant_deg, groove, depth_mm) in enumerate(CREPE_FOLDS):
+        turn = np.radians(slant_deg)
+        across = np.cos(turn) * points_mm[:, 0] + np.sin(turn) * points_mm[:, 1]
+        along = np.cos(turn) * points_mm[:, 1] - np.sin(turn) * points_mm[:, 0]
+        places = np.stack([across / length_mm, along / apart_mm, points_mm[:, 2] / length_mm], 1)
+        waves = np.asarray(
+            value_noise(places + warp * 0.9, 1.0, f"crepe/{number}"), dtype=np.float64
+        )
+        folds_mm -= depth_mm * (bump(waves, groove) - 0.35)
+    here = smoothstep(-0.1, 0.35, skin.facing[rows]) * (1.0 - skin.nail[rows])
+    here *= np.where(skin.digit[rows] >= 0, CREPE_ON_DIGITS, 1.0)
+    folds_mm *= here * (1.0 - 0.5 * skin.forearm[rows])
+    crepe = np.zeros(skin.texels.count)
+    crepe[rows] = folds_mm
+    return crepe

@@ -1,16 +1,13 @@
-"""Keeps compiled skin maps as picture files in the cache, one folder a hand and detail level."""
+"""Keeps compiled skin maps as arrays in the cache, one folder a hand and detail level."""
 
 import hashlib
 import logging
 import shutil
 import tempfile
-from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 
-import cv2
 import numpy as np
-import numpy.typing as npt
 
 from hi5_common.domain.vocabulary import Gender
 from services.worker.hand.family import load_family
@@ -19,35 +16,21 @@ from services.worker.hand.skinmaps.maps import MAPS_VERSION, SkinMaps, skin_maps
 
 LOG = logging.getLogger(__name__)
 
-PIGMENT_FILE, MARKS_FILE, RELIEF_FILE, DORSUM_FILE = (
-    "pigment.png",
-    "marks.png",
-    "relief.exr",
-    "dorsum.npy",
-)
+MARKS_FILE, HEIGHTS_FILE, DORSUM_FILE = "marks.npy", "heights.npy", "dorsum.npy"
+FILES = (MARKS_FILE, HEIGHTS_FILE, DORSUM_FILE)
 SEAL_FILE = "sha256"
-FASTEST_PNG = (cv2.IMWRITE_PNG_COMPRESSION, 1)
 
 
 class MapLevel(IntEnum):
-    """Side of the maps in pixels: 0.66, 0.33 and 0.16 mm of a man's hand to a texel."""
+    """Side of the maps in pixels: 1.3, 0.66, 0.33 and 0.16 mm of a man's hand to a texel."""
 
+    TINY = 256
     COARSE = 512
     MEDIUM = 1024
     FINE = 2048
 
 
-@dataclass(frozen=True, eq=False)
-class SkinMapFiles:
-    """Compiled maps on disk (see SkinMaps), and the dorsum's pigment (N, 6) f4."""
-
-    pigment: Path
-    marks: Path
-    relief: Path
-    dorsum: npt.NDArray[np.float32]
-
-
-def load_skin_maps(gender: Gender, level: MapLevel, cache_dir: Path) -> SkinMapFiles:
+def load_skin_maps(gender: Gender, level: MapLevel, cache_dir: Path) -> SkinMaps:
     """Return the skin maps of a gender's average hand, compiled into the cache when missing.
 
     All shapes of a gender share them: shapes have the same topology and texture coordinates. The
@@ -58,12 +41,11 @@ def load_skin_maps(gender: Gender, level: MapLevel, cache_dir: Path) -> SkinMapF
     folder = cache_dir / name
     if not _is_whole(folder):
         _write(folder, skin_maps(model, int(level)))
-    return SkinMapFiles(
-        folder / PIGMENT_FILE,
-        folder / MARKS_FILE,
-        folder / RELIEF_FILE,
-        np.load(folder / DORSUM_FILE, allow_pickle=False),
+    # Mapped into memory: what processes share is held once.
+    marks, heights, dorsum = (
+        np.load(folder / file, mmap_mode="r", allow_pickle=False) for file in FILES
     )
+    return SkinMaps(marks, heights, dorsum)
 
 
 def _is_whole(folder: Path) -> bool:
@@ -80,7 +62,7 @@ def _is_whole(folder: Path) -> bool:
 
 def _seal(folder: Path) -> str:
     digest = hashlib.sha256()
-    for name in (PIGMENT_FILE, MARKS_FILE, RELIEF_FILE, DORSUM_FILE):
+    for name in FILES:
         digest.update((folder / name).read_bytes())
     return digest.hexdigest()
 
@@ -91,11 +73,8 @@ def _write(folder: Path, maps: SkinMaps) -> None:
     with tempfile.TemporaryDirectory(dir=folder.parent) as beside:
         whole = Path(beside) / folder.name
         whole.mkdir()
-        for name, picture in ((PIGMENT_FILE, maps.pigment), (MARKS_FILE, maps.marks)):
-            bgra = np.ascontiguousarray(picture[..., [2, 1, 0, 3]])
-            if not cv2.imwrite(str(whole / name), bgra, FASTEST_PNG):
-                raise OSError(f"{whole / name} could not be written")
-        _write_exr(whole / RELIEF_FILE, maps.relief_mm)
+        np.save(whole / MARKS_FILE, maps.marks, allow_pickle=False)
+        np.save(whole / HEIGHTS_FILE, maps.heights, allow_pickle=False)
         np.save(whole / DORSUM_FILE, maps.dorsum, allow_pickle=False)
         (whole / SEAL_FILE).write_text(_seal(whole), "utf-8")
         if folder.exists():
@@ -106,11 +85,3 @@ def _write(folder: Path, maps: SkinMaps) -> None:
         except OSError:
             if not _is_whole(folder):
                 raise
-
-
-def _write_exr(path: Path, relief_mm: npt.NDArray[np.float16]) -> None:
-    import OpenEXR  # slow, and only needed where maps are compiled
-
-    header = {"compression": OpenEXR.ZIPS_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with OpenEXR.File(header, {"RGBA": np.ascontiguousarray(relief_mm)}) as file:
-        file.write(str(path))

@@ -10,8 +10,9 @@ import numpy.typing as npt
 from services.worker.render.blender import camera, film, mesh, session
 from services.worker.render.blender.material import new_skin_material
 from services.worker.render.blender.ornaments import OrnamentRack
-from services.worker.render.blender.skin_images import SkinImageShelf, level_for
+from services.worker.render.blender.skin_images import SkinImageShelf
 from services.worker.render.blender.world import new_world
+from services.worker.render.detail import Detail, detail_for
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
@@ -53,8 +54,7 @@ class CyclesRenderer:
         self._place(geometry)
         dressed = bool(geometry.ornaments or self._ornaments.shown)
         self._ornaments.show(geometry.ornaments)
-        level = level_for(scene.camera, geometry.keypoints_m)
-        self._skin.paint(scene.skin, self._shelf.images(scene.cell.gender, level))
+        self._paint(scene, geometry)
         self._light(scene.light)
         camera.aim(self._scene, scene.camera, region)
         session.apply_settings(self._scene, settings, scene.render_seed)
@@ -64,6 +64,15 @@ class CyclesRenderer:
         rgba = film.shoot(self._scene, self._film)
         traced = time.perf_counter()
         return Frame(rgba, region, {"place": placed - started, "trace": traced - placed})
+
+    def _paint(self, scene: HandScene, geometry: SceneGeometry) -> None:
+        detail = self._detail(scene, geometry)
+        images = self._shelf.images(scene.skin, scene.cell.gender, detail)
+        self._skin.paint(scene.skin, images, relief=detail.relief)
+        self._shelf.show(images)
+
+    def _detail(self, scene: HandScene, geometry: SceneGeometry) -> Detail:
+        return detail_for(scene.camera, geometry.keypoints_m)
 
     def _light(self, light: Light) -> None:
         self._world.light(light)

@@ -1,4 +1,4 @@
-"""Skin maps as Blender images: loaded once a process, whichever hand wants them."""
+"""One hand's skin as Blender images: mixed from the maps for each hand, which are loaded once."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,56 +8,52 @@ import numpy as np
 import numpy.typing as npt
 
 from hi5_common.domain.vocabulary import Gender
+from services.worker.hand.skinmaps.maps import SkinMaps
 from services.worker.hand.skinmaps.store import MapLevel, load_skin_maps
-from services.worker.scene.types import Camera
-
-TEXELS_PER_M = {MapLevel.COARSE: 1500.0, MapLevel.MEDIUM: 3000.0, MapLevel.FINE: 6000.0}
-"""About how many texels of a level lie along a metre of skin."""
-MAGNIFIED = 1.35
-"""A texel may be seen this many pixels wide before a finer level is worth its memory."""
+from services.worker.render.detail import Detail
+from services.worker.scene.skin_paint import painted
+from services.worker.scene.types import Skin
 
 
 @dataclass(frozen=True, eq=False)
 class SkinImages:
-    """The images of one hand, and its dorsum's pigment (N, 6) f4."""
+    """The images of one hand: see SkinPicture."""
 
-    pigment: bpy.types.Image
-    marks: bpy.types.Image
+    albedo: bpy.types.Image
     relief: bpy.types.Image
-    dorsum: npt.NDArray[np.float32]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class SkinImageShelf:
-    """Images by gender and level; the maps are compiled into `cache_dir` on first use."""
+    """Maps by gender and level, compiled into `cache_dir` on first use, and the last hand's images.
+
+    Cycles keeps an image's pixels for as long as the image lives, so every hand gets new ones.
+    """
 
     cache_dir: Path
-    loaded: dict[tuple[Gender, MapLevel], SkinImages] = field(default_factory=dict)
+    maps: dict[tuple[Gender, MapLevel], SkinMaps] = field(default_factory=dict)
+    shown: SkinImages | None = None
 
-    def images(self, gender: Gender, level: MapLevel) -> SkinImages:
-        """Return the images of a gender's skin at a level of detail."""
-        key = (gender, level)
-        if key not in self.loaded:
-            files = load_skin_maps(gender, level, self.cache_dir)
-            self.loaded[key] = SkinImages(
-                _image(files.pigment), _image(files.marks), _image(files.relief), files.dorsum
-            )
-        return self.loaded[key]
+    def images(self, skin: Skin, gender: Gender, detail: Detail) -> SkinImages:
+        """Return new images of a skin. The ones before are kept until `drop` is called."""
+        key = (gender, detail.level)
+        if key not in self.maps:
+            self.maps[key] = load_skin_maps(gender, detail.level, self.cache_dir)
+        picture = painted(skin, self.maps[key], detail.pattern)
+        return SkinImages(_image("albedo", picture.albedo), _image("relief", picture.relief))
 
-
-def level_for(camera: Camera, keypoints_m: npt.NDArray[np.float64]) -> MapLevel:
-    """Return the coarsest level whose texels are hardly wider than pixels where the hand is."""
-    homogeneous = np.c_[keypoints_m, np.ones(len(keypoints_m))]
-    depths_m = np.einsum("j,nj->n", camera.world_to_camera[2], homogeneous)
-    pixels_per_m = camera.intrinsics.fx_px / max(float(np.median(depths_m)), 1e-3)
-    for level in MapLevel:
-        if pixels_per_m <= MAGNIFIED * TEXELS_PER_M[level]:
-            return level
-    return MapLevel.FINE
+    def show(self, images: SkinImages) -> None:
+        """Remove the images shown before, now that the material has these."""
+        before, self.shown = self.shown, images
+        if before is not None:
+            for image in (before.albedo, before.relief):
+                bpy.data.images.remove(image)
 
 
-def _image(path: Path) -> bpy.types.Image:
-    image = bpy.data.images.load(str(path), check_existing=False)
-    image.colorspace_settings.name = "Non-Color"
+def _image(name: str, pixels: npt.NDArray[np.float32]) -> bpy.types.Image:
+    side_px = pixels.shape[0]
+    image = bpy.data.images.new(name, side_px, side_px, alpha=True, float_buffer=True, is_data=True)
     image.alpha_mode = "CHANNEL_PACKED"
+    image.pixels.foreach_set(pixels.ravel())
+    image.update()
     return image

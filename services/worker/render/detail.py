@@ -1,0 +1,49 @@
+"""How much of a skin a picture can hold: by how large the hand is in it, and by nothing else."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from services.worker.hand.maps import smoothstep
+from services.worker.hand.skinmaps.store import MapLevel
+from services.worker.scene.types import Camera
+
+TEXELS_PER_M = {
+    MapLevel.TINY: 750.0,
+    MapLevel.COARSE: 1500.0,
+    MapLevel.MEDIUM: 3000.0,
+    MapLevel.FINE: 6000.0,
+}
+"""About how many texels of a level lie along a metre of skin."""
+MAGNIFIED = 1.35
+"""A texel may be seen this many pixels wide before a finer level is worth its cost."""
+PATTERN_PX_PER_M = (1000.0, 2400.0)
+"""Lines a millimetre apart are lost where a millimetre is one pixel, and whole at 2.4 pixels."""
+RELIEF_PX_PER_M = 700.0
+"""Below this, a hand of 130 pixels, no fold of the skin is half a pixel wide."""
+
+
+@dataclass(frozen=True)
+class Detail:
+    """The level of the maps, the share of fine pattern that is drawn, and whether relief is."""
+
+    level: MapLevel
+    pattern: float
+    relief: bool
+
+
+def detail_for(camera: Camera, keypoints_m: npt.NDArray[np.float64]) -> Detail:
+    """Return what of the skin is worth drawing where the hand is.
+
+    The level is the coarsest whose texels are hardly wider than pixels.
+    """
+    homogeneous = np.c_[keypoints_m, np.ones(len(keypoints_m))]
+    depths_m = np.einsum("j,nj->n", camera.world_to_camera[2], homogeneous)
+    pixels_per_m = camera.intrinsics.fx_px / max(float(np.median(depths_m)), 1e-3)
+    level = next(
+        (level for level in MapLevel if pixels_per_m <= MAGNIFIED * TEXELS_PER_M[level]),
+        MapLevel.FINE,
+    )
+    pattern = float(smoothstep(*PATTERN_PX_PER_M, np.array(pixels_per_m)))
+    return Detail(level, pattern, pixels_per_m >= RELIEF_PX_PER_M)
