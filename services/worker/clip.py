@@ -5,6 +5,10 @@
 An image whose pose is a motion goes through the motion; any other goes from its own pose to the
 pose it was on its way to. Writes frames/, clip.jsonl (one label a frame, with time, phase and the
 keypoints' velocities) and preview.mp4.
+
+Frame n shows the instant n / F seconds, with no motion blur. A motion has its own period in
+seconds, so more frames a second show it more finely, not faster; a transition takes the whole clip,
+so N and F together say how fast it goes. The sensor's grain alone is drawn anew for every frame.
 """
 
 import argparse
@@ -26,15 +30,18 @@ from hi5_common.domain.spec import DatasetSpec, load_spec
 from hi5_common.settings import RendererName, Settings
 from services.worker.outcome import write_atomically
 from services.worker.sample import Stopwatch, Studio
+from services.worker.scene.geometry import build_geometry, transformed
 from services.worker.scene.motion import MOTIONS, motion_angles
 from services.worker.scene.noise import drawn_noise_deg, freedom
 from services.worker.scene.path import between
 from services.worker.scene.poses import within_limits
 from services.worker.scene.sampling import sample_scene
-from services.worker.scene.types import Array, HandScene
+from services.worker.scene.types import Array, Camera, HandScene, Intrinsics
+from services.worker.scene.view import in_frame
 from services.worker.studio import open_studio
 
 FAILED, WRONG_INPUT = 1, 2
+FRAME_MARGIN = 0.04
 CLIP_NOISE = 0.4
 """Share of a still's joint noise that a moving hand keeps: it must be free on the whole way."""
 
@@ -71,19 +78,46 @@ def moments(spec: DatasetSpec, studio: Studio, index: int, frames: int, fps: flo
         ]
     free = freedom(blend.source, blend.target, 1.0)
     noise = CLIP_NOISE * drawn_noise_deg(free, factor_rng(spec.seed, index, "clip_noise"))
-    return [
-        Moment(
-            frame,
-            float(times_s[frame]),
-            float(phases[frame]),
-            replace(
-                still,
-                angles=within_limits(pose.as_array() + noise),
-                blend=blend if motion else replace(blend, t=float(phases[frame])),
-            ),
+    scenes = [
+        replace(
+            still,
+            angles=within_limits(pose.as_array() + noise),
+            blend=blend if motion else replace(blend, t=float(phase)),
+            look=replace(still.look, noise_seed=_grain(spec.seed, index, frame)),
         )
-        for frame, pose in enumerate(poses)
+        for frame, (pose, phase) in enumerate(zip(poses, phases, strict=True))
     ]
+    camera = _holding(still, scenes, studio)
+    return [
+        Moment(frame, float(times_s[frame]), float(phases[frame]), replace(scene, camera=camera))
+        for frame, scene in enumerate(scenes)
+    ]
+
+
+def _grain(seed: int, index: int, frame: int) -> int:
+    return int(factor_rng(seed, index, "clip_grain", frame).integers(0, 2**63 - 1))
+
+
+def _holding(still: HandScene, scenes: Sequence[HandScene], studio: Studio) -> Camera:
+    """The still's camera, its lens widened until every frame shows all that the still shows."""
+    shown = in_frame(still.camera, build_geometry(still, studio.hands).keypoints_m)
+    points_m = np.stack([build_geometry(scene, studio.hands).keypoints_m for scene in scenes])
+    return replace(still.camera, intrinsics=widened(still.camera, points_m[:, shown]))
+
+
+def widened(camera: Camera, points_m: Array) -> Intrinsics:
+    """The lens, of a shorter focal length if need be, whose picture holds all points (..., 3).
+
+    Points keep FRAME_MARGIN of the picture's side from its border; they must be before the camera.
+    """
+    lens = camera.intrinsics
+    seen = transformed(camera.world_to_camera, points_m.reshape(-1, 3))
+    size = np.array([lens.width_px, lens.height_px], float)
+    centre = np.array([lens.cx_px, lens.cy_px])
+    offsets_px = seen[:, :2] / seen[:, 2:] * np.array([lens.fx_px, lens.fy_px])
+    room_px = np.where(offsets_px > 0.0, size - centre, centre) - FRAME_MARGIN * size
+    shrink = float(np.min(room_px / np.maximum(np.abs(offsets_px), 1e-9), initial=1.0))
+    return replace(lens, fx_px=lens.fx_px * shrink, fy_px=lens.fy_px * shrink)
 
 
 def velocities(points: Array, fps: float) -> Array:

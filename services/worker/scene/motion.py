@@ -1,5 +1,6 @@
 """The three motions: loopable sequences of keyframes over one period."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,8 +18,8 @@ Keys = tuple[float, ...]
 class Motion:
     """One period: offsets in degrees at evenly spaced phases, the first and last alike.
 
-    Between keys the way is eased as half a sine. lag: share of a period by which the fingers'
-    flexion (+-fingers_deg at the knuckles) comes after the wrist.
+    Between keys the way is smooth: at rest at a turning point alone. lag: share of a period by
+    which the fingers' flexion (+-fingers_deg at the knuckles) comes after the wrist.
     """
 
     period_s: tuple[float, float]
@@ -68,8 +69,26 @@ def moved(angles: JointAngles, motion: Motion, phase: float) -> JointAngles:
 
 
 def keyed(keys: Keys, phase: float) -> float:
-    """The value between evenly spaced keys at a phase, eased as half a cosine."""
-    at = (phase % 1.0) * (len(keys) - 1)
+    """The value between evenly spaced keys of a loop at a phase, a cubic with a smooth speed.
+
+    Zero slope at a turning point, elsewhere that of a spline whose neighbours turn: 3/2 of the mean
+    of both sides, at most three times either, so that no key is overshot (Fritsch and Carlson 1980,
+    "Monotone piecewise cubic interpolation").
+    """
+    loop = keys[:-1]
+    at = (phase % 1.0) * len(loop)
     first = int(at)
-    share = (1.0 - np.cos(np.pi * (at - first))) / 2.0
-    return float((1.0 - share) * keys[first] + share * keys[first + 1])
+    t = at - first
+    low, high = keys[first], keys[first + 1]
+    start, end = _slope(loop, first), _slope(loop, first + 1)
+    bend = t * t * (3.0 - 2.0 * t)
+    return low + (high - low) * bend + t * (1.0 - t) * (start * (1.0 - t) - end * t)
+
+
+def _slope(loop: Keys, number: int) -> float:
+    before, here, after = (loop[(number + step) % len(loop)] for step in (-1, 0, 1))
+    rise, fall = here - before, after - here
+    if rise * fall <= 0.0:
+        return 0.0
+    steepest = 3.0 * min(abs(rise), abs(fall))
+    return math.copysign(min(0.75 * abs(rise + fall), steepest), rise)

@@ -5,9 +5,14 @@ import numpy as np
 import pytest
 
 from hi5_common.domain.errors import InvalidInput
+from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec, parse_spec_text
 from hi5_common.settings import RendererName
 from services.worker import clip
+from services.worker.scene.geometry import build_geometry
+from services.worker.scene.sampling import sample_scene
+from services.worker.scene.types import Camera, Intrinsics
+from services.worker.scene.view import in_frame
 from services.worker.studio import open_studio
 
 SPEC = """
@@ -50,6 +55,27 @@ def test_a_still_pose_becomes_a_way_to_another(cache: Path) -> None:
     frames = clip.moments(spec_of("fist"), studio, 0, 5, 10.0)
     assert [moment.phase for moment in frames] == [0.0, 0.25, 0.5, 0.75, 1.0]
     assert frames[0].scene.angles != frames[-1].scene.angles
+
+
+def test_every_frame_shows_what_the_still_shows(cache: Path) -> None:
+    studio = open_studio(RendererName.FAKE, 1, cache)
+    spec = spec_of("relaxed_wave")
+    frames = clip.moments(spec, studio, 1, 12, 16.0)
+    still = sample_scene(spec, Plan.of(spec), 1, studio.hands)
+    shown = in_frame(still.camera, build_geometry(still, studio.hands).keypoints_m)
+    assert shown.sum() > 15
+    for moment in frames:
+        keypoints_m = build_geometry(moment.scene, studio.hands).keypoints_m
+        assert in_frame(moment.scene.camera, keypoints_m)[shown].all()
+    assert len({moment.scene.look.noise_seed for moment in frames}) == 12
+
+
+def test_a_lens_is_widened_only_as_far_as_points_need() -> None:
+    lens = Intrinsics(100.0, 120.0, 50.0, 60.0, 100, 100)
+    camera = Camera(lens, np.eye(4))
+    assert clip.widened(camera, np.array([[0.1, 0.2, 1.0]])) == lens
+    wide = clip.widened(camera, np.array([[0.92, 0.0, 1.0], [-0.1, 0.0, 1.0]]))
+    assert (wide.fx_px, wide.fy_px) == pytest.approx((50.0, 60.0))
 
 
 def test_a_clip_of_no_frames_is_refused(tmp_path: Path) -> None:
