@@ -1,12 +1,12 @@
 """Whether skin has the typology angle asked for: in its albedo, and in pixels of rendered hands.
 
-    .venv/bin/python -m benchmarks.skin_colour [--gender male] [--pose five] [--age 30] [--seeds 1]
-        [--sweep 20] [--environments courtyard,night]
+    .venv/bin/python -m benchmarks.skin_colour [--gender male,female] [--age 20,50,80] [--seeds 1]
+        [--pose five] [--sweep 20] [--side 512] [--environments courtyard,night]
 
-Albedo: the shader's base colour is drawn as if it glowed, by Cycles, from eleven sides of a posed
-hand; every triangle gets the mean colour of the pixels it is seen in, and the mean over the back of
-hand and digits (nails and forearm left out) is weighted by the posed triangles' area. Nothing of
-the solver is used. Bound: 0.5 degrees.
+Albedo: the shader's picture of albedo is drawn as if it glowed, by Cycles, from eleven sides of a
+posed hand; every triangle gets the mean colour of the pixels it is seen in, and the mean over the
+back of hand and digits (nails and forearm left out) is weighted by the posed triangles' area.
+Nothing of the solver is used. Bound: 0.5 degrees.
 
 Apparent: the hand under radiance 1 from everywhere, without denoiser, seen from above its back; the
 mean of linear colour over the pixels of the same dorsum, at an exposure where a white diffuser in
@@ -50,13 +50,15 @@ from services.worker.scene.types import Array, Camera, HandScene, Intrinsics, Rg
 if TYPE_CHECKING:
     from services.worker.render.blender.meter import Pixels, SkinMeter
 
-SIDE_PX, SPAN_M, DISTANCE_M = 512, 0.24, 1.5
+SPAN_M, DISTANCE_M = 0.24, 1.5
 SIDES = (
     *((roll, 0) for roll in (0, 35, -35, 65, -65)),
     *((roll, tip) for roll in (0, 45, -45) for tip in (45, -45)),
 )
 """Views, degrees from above the back: rolled about the hand's length, then tipped to the wrist."""
 ALBEDO_BOUND_DEG, APPARENT_BOUND_DEG = 0.5, 5.0
+REPORTED = (30.0, 0)
+"""Age and skin seed of the hand in the environments."""
 REPORT_SETTINGS = RenderSettings(32, Denoise.NONE, Prefilter.NONE)
 
 
@@ -68,6 +70,7 @@ class Sitter:
     geometry: SceneGeometry
     axes: Array
     dorsum: npt.NDArray[np.bool_]
+    side_px: int
 
     def seen_from(self, roll_deg: float, tip_deg: float) -> HandScene:
         """Return the scene with a long lens that looks at the hand from a side."""
@@ -76,25 +79,31 @@ class Sitter:
         back = math.cos(roll) * dorsal + math.sin(roll) * across
         away = math.cos(tip) * back - math.sin(tip) * along
         target_m = self.geometry.keypoints_m.mean(axis=0)
-        return replace(self.scene, camera=_camera(target_m, away, along))
+        return replace(self.scene, camera=_camera(target_m, away, along, self.side_px))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the measurements; return 1 when a bound is broken."""
     asked = _parser().parse_args(arguments)
-    told = _quiet_blender()
+    told = quiet_blender()
     from services.worker.render.blender.meter import SkinMeter  # takes over this process's Blender
 
     cache_dir = Settings().cache_dir
-    meter = SkinMeter(asked.threads, cache_dir)
-    sitter = _sitter(Gender(asked.gender), Pose(asked.pose), HandLibrary(cache_dir))
+    meter, hands = SkinMeter(asked.threads, cache_dir), HandLibrary(cache_dir)
     tones = {tone.value: ita for tone, ita in SKIN_TONE_ITA_DEG.items()}
     sweep = np.arange(-90.0, 70.1, asked.sweep).tolist() if asked.sweep else []
     asked_for = [*tones.items(), *((f"{ita:+.0f}", ita) for ita in sweep)]
-    good = _report_albedo(meter, sitter, asked_for, asked, told)
-    good &= _report_apparent(meter, sitter, tones, asked, told)
-    for environment in filter(None, asked.environments.split(",")):
-        _report_environment(meter, sitter, tones, environment, asked, told)
+    good = True
+    for gender in asked.gender.split(","):
+        sitter = sitter_of(Gender(gender), Pose(asked.pose), hands, asked.side)
+        for age in map(float, asked.age.split(",")):
+            person = f"{gender}, {asked.pose}, age {age:g}"
+            for seed in range(asked.first_seed, asked.first_seed + asked.seeds):
+                told.write(f"== {person}, skin seed {seed}\n")
+                good &= _report_albedo(meter, sitter, asked_for, (age, seed), told)
+                good &= _report_apparent(meter, sitter, tones, (age, seed), told)
+        for environment in filter(None, asked.environments.split(",")):
+            _report_environment(meter, sitter, tones, environment, told)
     told.flush()
     return 0 if good else 1
 
@@ -103,24 +112,23 @@ def _report_albedo(
     meter: "SkinMeter",
     sitter: Sitter,
     asked_for: list[tuple[str, float]],
-    asked: argparse.Namespace,
+    person: tuple[float, int],
     told: TextIO,
 ) -> bool:
-    print(f"albedo of the dorsum: {asked.gender}, {asked.pose}, age {asked.age:g}", file=told)
-    print("tone           seed     asked  measured   error     L*     a*     b*  seen", file=told)
+    print("albedo of the dorsum", file=told)
+    print("tone               asked  measured   error     L*     a*     b*  seen", file=told)
     worst = 0.0
     for name, ita in asked_for:
-        for seed in range(asked.seeds):
-            albedo, share = mean_albedo(meter, _painted(sitter, ita, asked.age, seed))
-            lab = linear_rgb_to_lab(albedo)
-            error = apparent_ita_deg(lab) - ita
-            worst = max(worst, abs(error))
-            print(
-                f"{name:14} {seed:4} {ita:9.2f} {ita + error:9.2f} {error:+7.2f} "
-                f"{lab[0]:6.1f} {lab[1]:6.1f} {lab[2]:6.1f} {share:5.0%}",
-                file=told,
-                flush=True,
-            )
+        albedo, share = mean_albedo(meter, _painted(sitter, ita, person))
+        lab = linear_rgb_to_lab(albedo)
+        error = apparent_ita_deg(lab) - ita
+        worst = max(worst, abs(error))
+        print(
+            f"{name:14} {ita:9.2f} {ita + error:9.2f} {error:+7.2f} "
+            f"{lab[0]:6.1f} {lab[1]:6.1f} {lab[2]:6.1f} {share:5.0%}",
+            file=told,
+            flush=True,
+        )
     print(f"worst error {worst:.2f} (bound {ALBEDO_BOUND_DEG})\n", file=told)
     return worst <= ALBEDO_BOUND_DEG
 
@@ -129,14 +137,14 @@ def _report_apparent(
     meter: "SkinMeter",
     sitter: Sitter,
     tones: dict[str, float],
-    asked: argparse.Namespace,
+    person: tuple[float, int],
     told: TextIO,
 ) -> bool:
     print("apparent, radiance 1 from everywhere, pixels of the dorsum", file=told)
     print("tone              asked  all light   error  polarised   error", file=told)
     errors, order = [], []
     for name, ita in tones.items():
-        painted = _painted(sitter, ita, asked.age, 0)
+        painted = _painted(sitter, ita, person)
         scene = painted.seen_from(0, 0)
         found = [
             apparent_ita_deg(
@@ -167,12 +175,11 @@ def _report_environment(
     sitter: Sitter,
     tones: dict[str, float],
     environment: str,
-    asked: argparse.Namespace,
     told: TextIO,
 ) -> None:
     found = []
     for ita in tones.values():
-        painted = _painted(sitter, ita, asked.age, 0)
+        painted = _painted(sitter, ita, REPORTED)
         scene = painted.seen_from(0, 0)
         scene = replace(scene, light=replace(scene.light, environment=environment))
         pixels = meter.whole(scene, painted.geometry, REPORT_SETTINGS)
@@ -214,7 +221,8 @@ def _pixel_lab(pixels: "Pixels", sitter: Sitter, scene: HandScene) -> tuple[floa
     return linear_rgb_to_lab((red, green, blue))
 
 
-def _sitter(gender: Gender, pose: Pose, hands: HandLibrary) -> Sitter:
+def sitter_of(gender: Gender, pose: Pose, hands: HandLibrary, side_px: int) -> Sitter:
+    """Return an average right hand in a pose of the library, to be seen in square pictures."""
     wanted = {"gender": [gender], "handedness": ["right"], "pose": [pose]}
     spec = parse_spec({"count": 1, "seed": 1, "attributes": wanted})
     scene = sample_scene(spec, Plan.of(spec), 0, hands)
@@ -230,24 +238,25 @@ def _sitter(gender: Gender, pose: Pose, hands: HandLibrary) -> Sitter:
     points_m = geometry.keypoints_m
     along = _unit(points_m[9] - points_m[0])
     dorsal = _unit(np.cross(points_m[17] - points_m[5], along))
-    return Sitter(scene, geometry, np.stack([np.cross(along, dorsal), along, dorsal]), back)
+    axes = np.stack([np.cross(along, dorsal), along, dorsal])
+    return Sitter(scene, geometry, axes, back, side_px)
 
 
-def _painted(sitter: Sitter, ita_deg: float, age_years: float, seed: int) -> Sitter:
+def _painted(sitter: Sitter, ita_deg: float, person: tuple[float, int]) -> Sitter:
+    age_years, seed = person
     skin = skin_of(ita_deg, age_years, factor_rng(seed, 0, "skin"))
     return replace(sitter, scene=replace(sitter.scene, skin=skin))
 
 
-def _camera(target_m: Array, away: Array, along: Array) -> Camera:
+def _camera(target_m: Array, away: Array, along: Array, side_px: int) -> Camera:
     forward = -_unit(away)
     down = -_unit(along - forward * (along @ forward))
     world_to_camera = np.eye(4)
     world_to_camera[:3, :3] = np.stack([np.cross(down, forward), down, forward])
     world_to_camera[:3, 3] = -world_to_camera[:3, :3] @ (target_m - DISTANCE_M * forward)
-    focal_px = SIDE_PX * DISTANCE_M / SPAN_M
-    return Camera(
-        Intrinsics(focal_px, focal_px, SIDE_PX / 2, SIDE_PX / 2, SIDE_PX, SIDE_PX), world_to_camera
-    )
+    focal_px, centre_px = side_px * DISTANCE_M / SPAN_M, side_px / 2
+    lens = Intrinsics(focal_px, focal_px, centre_px, centre_px, side_px, side_px)
+    return Camera(lens, world_to_camera)
 
 
 def _unit(vector: Array) -> Array:
@@ -255,7 +264,7 @@ def _unit(vector: Array) -> Array:
     return unit
 
 
-def _quiet_blender() -> TextIO:
+def quiet_blender() -> TextIO:
     """Send Blender's talk to nowhere; return the real standard output."""
     told = os.fdopen(os.dup(1), "w", encoding="utf-8")
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -265,10 +274,12 @@ def _quiet_blender() -> TextIO:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--gender", choices=[g.value for g in Gender], default=Gender.MALE.value)
+    parser.add_argument("--gender", default=Gender.MALE.value, help="with commas")
     parser.add_argument("--pose", choices=[p.value for p in Pose], default=Pose.FIVE.value)
-    parser.add_argument("--age", type=float, default=30.0)
-    parser.add_argument("--seeds", type=int, default=1, help="how many skins of each tone")
+    parser.add_argument("--age", default="30", help="years, with commas")
+    parser.add_argument("--seeds", type=int, default=1, help="how many skins of each age")
+    parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--side", type=int, default=512, help="of the pictures, pixels")
     parser.add_argument("--sweep", type=float, default=20.0, help="degrees between angles; 0: none")
     parser.add_argument("--environments", default="", help="ids, with commas")
     parser.add_argument("--threads", type=int, default=2)

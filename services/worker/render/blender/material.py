@@ -18,6 +18,12 @@ METRES_PER_MM = 0.001
 WHOLE_PIXEL = 1.0
 """Slopes are taken across a pixel, not a tenth of one, or fine relief turns to noise."""
 NORMALS = ("Normal", "Coat Normal")
+WALK_LOSS, WALK_GAIN_PER_ALBEDO = 0.18, -0.27
+"""The random walk returns less than the base colour: a colour raised by the factor
+1 + loss + gain x albedo returns its albedo, as measured without surface reflection."""
+WALK_MADE_GOOD = 0.7
+"""So much of that is made good: the rest stands for what the surface reflects, which published
+colours of skin hold in part. Skin in even white light then looks as light as it should."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,8 @@ def new_skin_material() -> SkinMaterial:
     principled = principled_node(material.node_tree)
     uv = graph.uv(UV_LAYER)
     albedo, relief = graph.picture(uv, "Linear"), graph.picture(uv, "Linear")
-    graph.link(albedo.outputs["Color"], principled.inputs["Base Color"])
+    raised = _raised(graph, albedo.outputs["Color"])
+    graph.link(raised, principled.inputs["Base Color"])
     graph.link(albedo.outputs["Alpha"], principled.inputs["Roughness"])
     still, folds, coat, _ = graph.channels(relief)
     graph.link(coat, principled.inputs["Coat Weight"])
@@ -72,6 +79,17 @@ def new_skin_material() -> SkinMaterial:
     bump = graph.bump(METRES_PER_MM, WHOLE_PIXEL)
     graph.link(height.outputs[0], bump.inputs["Height"])
     return SkinMaterial(material, principled, albedo, relief, bump)
+
+
+def _raised(graph: Graph, albedo: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Return the base colour with which the random walk returns an albedo."""
+    factor, base = graph.vector_math("MULTIPLY_ADD"), graph.vector_math("MULTIPLY")
+    graph.link(albedo, factor.inputs[0])
+    factor.inputs[1].default_value = (WALK_MADE_GOOD * WALK_GAIN_PER_ALBEDO,) * 3
+    factor.inputs[2].default_value = (1.0 + WALK_MADE_GOOD * WALK_LOSS,) * 3
+    graph.link(albedo, base.inputs[0])
+    graph.link(factor.outputs[0], base.inputs[1])
+    return base.outputs[0]
 
 
 def principled_node(tree: bpy.types.NodeTree) -> bpy.types.Node:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from services.worker.render.blender.cycles import CyclesRenderer
+from services.worker.render.detail import Detail
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import Denoise, Prefilter, RenderSettings
 from services.worker.scene.types import HandScene, Light, SceneGeometry
@@ -27,15 +28,16 @@ class SkinMeter(CyclesRenderer):
         self._room = self._scene.world
         self._white = _white_world()
         self._even = False
+        self.detail: Detail | None = None
+        """What to draw of the skin whatever the hand's size; None: what the renderer would."""
 
     def albedo(self, scene: HandScene, geometry: SceneGeometry) -> Pixels:
-        """Return the hand's diffuse albedo, the shader's own base colour drawn as if it glowed."""
+        """Return the hand's diffuse albedo, the shader's own picture drawn as if it glowed."""
         tree = self._skin.material.node_tree
         output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
         glow = tree.nodes.new("ShaderNodeEmission")
         glow.inputs["Strength"].default_value = 1.0
-        base = self._skin.principled.inputs["Base Color"].links[0].from_socket
-        tree.links.new(base, glow.inputs["Color"])
+        tree.links.new(self._skin.albedo.outputs["Color"], glow.inputs["Color"])
         tree.links.new(glow.outputs["Emission"], output.inputs["Surface"])
         pixels = self.whole(scene, geometry, ALBEDO_SETTINGS)
         tree.links.new(self._skin.principled.outputs["BSDF"], output.inputs["Surface"])
@@ -61,6 +63,9 @@ class SkinMeter(CyclesRenderer):
         lens = scene.camera.intrinsics
         region = PixelRect(0, 0, lens.width_px, lens.height_px)
         return self.render(scene, geometry, region, settings).rgba
+
+    def _detail(self, scene: HandScene, geometry: SceneGeometry) -> Detail:
+        return self.detail or super()._detail(scene, geometry)
 
     @contextmanager
     def _evenly_lit(self) -> Iterator[None]:
