@@ -18,7 +18,7 @@ from services.worker.label.region import touched_region
 from services.worker.render.checks import check_frame
 from services.worker.render.port import Frame, Renderer
 from services.worker.render.settings import QUALITY_SETTINGS
-from services.worker.scene.environments import load_panorama
+from services.worker.scene.environments import bake_ahead, load_panorama
 from services.worker.scene.geometry import build_geometry
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.sampling import sample_scene
@@ -70,6 +70,7 @@ class Studio:
         """
         watch = Stopwatch()
         with watch.phase("scene"):
+            bake_ahead(plan.cell(index).environment)  # meanwhile a new machine compiles hands
             scene = sample_scene(spec, plan, index, self.hands)
         return self.developed(spec, scene, f"{index:09d}", watch)
 

@@ -4,8 +4,10 @@ Which files they are is the process's choice, made once by `furnish`: see `place
 """
 
 import hashlib
+from contextlib import suppress
 from functools import cache, lru_cache
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +17,7 @@ from hi5_common.domain.light import LightLevel, light_level
 from hi5_common.settings import Settings
 from services.worker.places.bakery import Oven
 from services.worker.places.develop import LUMINANCE, mean_rgb
-from services.worker.places.errors import MissingAsset
+from services.worker.places.errors import BakeFailed, MissingAsset
 from services.worker.places.exr import read_panorama
 from services.worker.places.panoramas import Panoramas
 from services.worker.places.registry import find_own
@@ -53,6 +55,23 @@ def panoramas() -> Panoramas:
 def panorama_path(environment: str) -> Path:
     """Return an environment's file, baked if need be. Raises MissingAsset, BakeFailed."""
     return panoramas().path(environment)
+
+
+def bake_ahead(environment: str) -> Thread:
+    """Begin to bake an environment that has no file yet, while this thread does other work.
+
+    Whoever needs its panorama waits for the bake by `panorama_path`, and meets its errors there.
+    """
+    places = panoramas()
+
+    def bake() -> None:
+        with suppress(MissingAsset, BakeFailed):
+            places.path(environment)
+
+    # The bake's process dies with the thread that waits for it, and that with this process.
+    thread = Thread(target=bake, name="bake_ahead", daemon=True)
+    thread.start()
+    return thread
 
 
 @cache
