@@ -7,7 +7,13 @@ from hi5_common.domain.spec import ImageFormat, ImageRequest
 from services.worker.compose.background import MAX_READINGS, readings_per_side, render_background
 from services.worker.compose.camera_look import shoulder
 from services.worker.compose.encode import encode_picture
-from services.worker.compose.picture import bent_layer, over, to_srgb8
+from services.worker.compose.picture import (
+    OUTLINE_PX,
+    bent_layer,
+    even_outline,
+    over,
+    to_srgb8,
+)
 from services.worker.scene.types import Camera, Intrinsics
 
 NARROW = Intrinsics(4000.0, 4000.0, 4.0, 4.0, 8, 8)
@@ -70,6 +76,27 @@ def test_over_keeps_both_lights() -> None:
     rgba = np.array([[[0.25, 0.0, 0.0, 0.5], [0.0, 0.0, 0.0, 0.0]]], dtype=np.float32)
     behind = np.ones((1, 2, 3), dtype=np.float32)
     assert over(rgba, behind).tolist() == [[[0.75, 0.5, 0.5], [1.0, 1.0, 1.0]]]
+
+
+def test_an_outline_of_few_samples_is_evened_and_colours_stay() -> None:
+    rng = factor_rng(1, 0, "coverage")
+    true = np.clip(np.arange(24)[None] - 11.5 + 0.1 * np.arange(40)[:, None], 0.0, 1.0)
+    alpha = rng.binomial(4, true) / 4.0
+    skin = np.array([0.3, 0.2, 0.1])
+    rgba = np.concatenate([skin * alpha[..., None], alpha[..., None]], axis=-1).astype(np.float32)
+    even = even_outline(rgba)
+    edge = cv2.GaussianBlur(true, (5, 5), OUTLINE_PX)
+
+    def error(found: np.ndarray) -> float:
+        at = (true > 0.0) & (true < 1.0)
+        return float(np.sqrt(((found - edge)[at] ** 2).mean()))
+
+    assert error(even[..., 3]) < 0.6 * error(rgba[..., 3])
+    covered = even[..., 3] > 0.01
+    own = even[covered, :3] / even[covered, 3:]
+    assert own == pytest.approx(np.broadcast_to(skin, own.shape), rel=1e-3)
+    assert (even[:, :4] == 0.0).all()
+    assert (even[-1, -8:, 3] == 1.0).all()
 
 
 @pytest.mark.parametrize("window", [0.4, 2.0, 16.0, 60_000.0])
