@@ -222,7 +222,7 @@ def street(rng: np.random.Generator, variant: int) -> Place:
     kept.append(litter(rng, 12.0, green=variant != 2))
     things = [*street_furniture(rng, half + 0.6, rows=True), *parked_cars(rng, half - 1.1)]
     base = ground(_ASPHALT, rng, rough_m=0.0)
-    eye = (0.0, half + 0.5 if variant % 2 else 1.2, EYE_M + 0.14)
+    eye = (0.0, -0.9 if variant % 2 else 1.2, EYE_M + 0.14)
     return _place([_lowered(base), road, *kerbs, *dashes, *edges, *houses, *things], kept, eye)
 
 

@@ -14,7 +14,7 @@ from services.worker.places.outdoors import OUTDOORS
 from services.worker.places.place import Place, Point, Sky
 from services.worker.places.studios import studio
 
-RECIPE_VERSION = 4
+RECIPE_VERSION = 5
 """Raised whenever any recipe or the way of baking draws other texels."""
 
 
