@@ -14,6 +14,10 @@ from services.worker.scene.types import Skin
 
 SKIN_IOR, NAIL_IOR = 1.4, 1.54
 NAIL_COAT_ROUGHNESS = 0.26
+SURFACE_SHARE = 0.5
+"""Of what a smooth surface of this IOR would reflect. Skin's furrows shade each other: fits to faces
+and arms (Weyrich et al. 2006) scale the lobe by 0.2 to 0.4, the oil between them gives some back. In
+full it lies over the darkest skin like silver."""
 METRES_PER_MM = 0.001
 WHOLE_PIXEL = 1.0
 """Slopes are taken across a pixel, not a tenth of one, or fine relief turns to noise."""
@@ -21,7 +25,7 @@ NORMALS = ("Normal", "Coat Normal")
 WALK_LOSS, WALK_GAIN_PER_ALBEDO = 0.18, -0.27
 """The random walk returns less than the base colour: a colour raised by the factor
 1 + loss + gain x albedo returns its albedo, as measured without surface reflection."""
-WALK_MADE_GOOD = 0.7
+WALK_MADE_GOOD = 0.8
 """So much of that is made good: the rest stands for what the surface reflects, which published
 colours of skin hold in part. Skin in even white light then looks as light as it should."""
 
@@ -106,7 +110,7 @@ def principled_node(tree: bpy.types.NodeTree) -> bpy.types.Node:
         "Thin Film Thickness": 0.0,
         "Thin Film IOR": 1.33,
         "IOR": SKIN_IOR,
-        "Specular IOR Level": 0.5,
+        "Specular IOR Level": SURFACE_SHARE * 0.5,
         "Specular Tint": (1.0, 1.0, 1.0, 1.0),
         "Subsurface Weight": 1.0,
         "Subsurface Scale": METRES_PER_MM,
