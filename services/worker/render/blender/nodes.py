@@ -56,36 +56,11 @@ class Graph:
         node.use_clamp = False
         return node
 
-    def product(self, first: Socket, second: Socket) -> Socket:
-        """Return first x second."""
-        node = self.math("MULTIPLY")
-        self.link(first, node.inputs[0])
-        self.link(second, node.inputs[1])
-        return node.outputs[0]
-
-    def scaled(self, value: Socket, target: Socket) -> Socket:
-        """Feed value x factor into `target`; return the factor's socket."""
-        node = self.math("MULTIPLY")
-        self.link(value, node.inputs[0])
-        self.link(node.outputs[0], target)
-        return node.inputs[1]
-
     def vector_math(self, operation: str) -> bpy.types.Node:
         """Add a node of arithmetic on three numbers at once."""
         node = self.tree.nodes.new("ShaderNodeVectorMath")
         node.operation = operation
         return node
-
-    def ramp(self, value: Socket, low: float, high: float) -> Socket:
-        """Return 0 at `low` rising linearly to 1 at `high`, held outside."""
-        node = self.tree.nodes.new("ShaderNodeMapRange")
-        node.data_type = "FLOAT"
-        node.interpolation_type = "LINEAR"
-        node.clamp = True
-        for name, bound in (("From Min", low), ("From Max", high), ("To Min", 0), ("To Max", 1)):
-            node.inputs[name].default_value = bound
-        self.link(value, node.inputs["Value"])
-        return node.outputs["Result"]
 
     def bump(self, distance_m: float, filter_width_px: float) -> bpy.types.Node:
         """Add a node that bends normals by a height in units of `distance_m`."""
@@ -95,29 +70,3 @@ class Graph:
         node.inputs["Distance"].default_value = distance_m
         node.inputs["Filter Width"].default_value = filter_width_px
         return node
-
-    def mix_node(self, data_type: str, factor: Socket) -> bpy.types.Node:
-        """Add a mix of A and B by a factor; see `side` and `result`."""
-        node = self.tree.nodes.new("ShaderNodeMix")
-        node.data_type = data_type
-        node.blend_type = "MIX"
-        node.clamp_factor = True
-        self.link(factor, node.inputs["Factor"])
-        return node
-
-    def mixed(self, data_type: str, factor: Socket, first: Socket, second: Socket) -> Socket:
-        """Return first where factor is 0 and second where it is 1."""
-        node = self.mix_node(data_type, factor)
-        self.link(first, self.side(node, "A"))
-        self.link(second, self.side(node, "B"))
-        return self.result(node)
-
-    @staticmethod
-    def side(node: bpy.types.Node, name: str) -> Socket:
-        """Return input A or B of a mix, of its data type."""
-        return node.inputs[name]
-
-    @staticmethod
-    def result(node: bpy.types.Node) -> Socket:
-        """Return a mix's output, of its data type."""
-        return node.outputs["Result"]
