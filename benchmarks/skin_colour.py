@@ -1,7 +1,8 @@
 """Whether skin has the typology angle asked for: in its albedo, and in pixels of rendered hands.
 
     .venv/bin/python -m benchmarks.skin_colour [--gender male,female] [--age 20,50,80] [--seeds 1]
-        [--pose five] [--sweep 20] [--side 512] [--environments courtyard,night]
+        [--pose five] [--sweep 20] [--side 512] [--only apparent]
+        [--environments courtyard,night]
 
 Albedo: the shader's picture of albedo is drawn as if it glowed, by Cycles, from eleven sides of a
 posed hand; every triangle gets the mean colour of the pixels it is seen in, and the mean over the
@@ -100,8 +101,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             person = f"{gender}, {asked.pose}, age {age:g}"
             for seed in range(asked.first_seed, asked.first_seed + asked.seeds):
                 told.write(f"== {person}, skin seed {seed}\n")
-                good &= _report_albedo(meter, sitter, asked_for, (age, seed), told)
-                good &= _report_apparent(meter, sitter, tones, (age, seed), told)
+                if asked.only != "apparent":
+                    good &= _report_albedo(meter, sitter, asked_for, (age, seed), told)
+                if asked.only != "albedo":
+                    good &= _report_apparent(meter, sitter, tones, (age, seed), told)
         for environment in filter(None, asked.environments.split(",")):
             _report_environment(meter, sitter, tones, environment, told)
     told.flush()
@@ -281,6 +284,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--side", type=int, default=512, help="of the pictures, pixels")
     parser.add_argument("--sweep", type=float, default=20.0, help="degrees between angles; 0: none")
+    parser.add_argument("--only", choices=["albedo", "apparent"], help="one of the two tables")
     parser.add_argument("--environments", default="", help="ids, with commas")
     parser.add_argument("--threads", type=int, default=2)
     return parser

@@ -15,9 +15,9 @@ from services.worker.scene.types import Skin
 SKIN_IOR, NAIL_IOR = 1.4, 1.54
 NAIL_COAT_ROUGHNESS = 0.26
 SURFACE_SHARE = 0.5
-"""Of what a smooth surface of this IOR would reflect. Skin's furrows shade each other: fits to faces
-and arms (Weyrich et al. 2006) scale the lobe by 0.2 to 0.4, the oil between them gives some back. In
-full it lies over the darkest skin like silver."""
+"""Of what a smooth surface of this IOR would reflect. Skin's furrows shade each other: fits to
+faces and arms (Weyrich et al. 2006) scale the lobe by 0.2 to 0.4, the oil between them gives some
+back. In full it lies over the darkest skin like silver."""
 METRES_PER_MM = 0.001
 WHOLE_PIXEL = 1.0
 """Slopes are taken across a pixel, not a tenth of one, or fine relief turns to noise."""
@@ -25,9 +25,6 @@ NORMALS = ("Normal", "Coat Normal")
 WALK_LOSS, WALK_GAIN_PER_ALBEDO = 0.18, -0.27
 """The random walk returns less than the base colour: a colour raised by the factor
 1 + loss + gain x albedo returns its albedo, as measured without surface reflection."""
-WALK_MADE_GOOD = 0.8
-"""So much of that is made good: the rest stands for what the surface reflects, which published
-colours of skin hold in part. Skin in even white light then looks as light as it should."""
 
 
 @dataclass(frozen=True)
@@ -89,8 +86,8 @@ def _raised(graph: Graph, albedo: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
     """Return the base colour with which the random walk returns an albedo."""
     factor, base = graph.vector_math("MULTIPLY_ADD"), graph.vector_math("MULTIPLY")
     graph.link(albedo, factor.inputs[0])
-    factor.inputs[1].default_value = (WALK_MADE_GOOD * WALK_GAIN_PER_ALBEDO,) * 3
-    factor.inputs[2].default_value = (1.0 + WALK_MADE_GOOD * WALK_LOSS,) * 3
+    factor.inputs[1].default_value = (WALK_GAIN_PER_ALBEDO,) * 3
+    factor.inputs[2].default_value = (1.0 + WALK_LOSS,) * 3
     graph.link(albedo, base.inputs[0])
     graph.link(factor.outputs[0], base.inputs[1])
     return base.outputs[0]

@@ -52,10 +52,11 @@ class SkinMeter(CyclesRenderer):
         polarised: without the light that the surface reflects, as through crossed polarisers.
         """
         level = self._skin.principled.inputs["Specular IOR Level"]
+        whole = level.default_value
         with self._evenly_lit():
-            level.default_value = 0.0 if polarised else 0.5
+            level.default_value = 0.0 if polarised else whole
             pixels = self.whole(scene, geometry, WHITE_SETTINGS)
-            level.default_value = 0.5
+            level.default_value = whole
         return pixels
 
     def whole(self, scene: HandScene, geometry: SceneGeometry, settings: RenderSettings) -> Pixels:
