@@ -3,8 +3,9 @@
     python benchmarks/hand_shapes.py [--cache-dir DIR]
 
 Prints hand length (wrist joint to the end of the straightened middle finger), breadth across the
-knuckles and girth of the wrist for both genders, the average and every extreme of shape; then the
-times to compile, read, shape, pose and subdivide, and the vertices of each level of detail.
+knuckles, girth of the wrist, and of the index about its first shaft and its PIP, for both genders,
+the average and every extreme of shape; then the times to compile, read, shape, pose and subdivide,
+and the vertices of each level of detail.
 """
 
 import argparse
@@ -17,17 +18,15 @@ from pathlib import Path
 import numpy as np
 
 from hi5_common.domain.vocabulary import Gender, Pose
-from services.worker.hand.bones import BONE_INDEX
 from services.worker.hand.family import load_family
-from services.worker.hand.measure import hand_breadth_m, hand_length_m
+from services.worker.hand.measure import girth_m, hand_breadth_m, hand_length_m, wrist_girth_m
 from services.worker.hand.model import HandModel
 from services.worker.hand.shape import SHAPE_EXTREMES, HandShape
 from services.worker.hand.skin import posed_hand
 from services.worker.hand.subdivide import Subdivision, subdivision
-from services.worker.hand.surface import limb_section, triangles
+from services.worker.hand.surface import triangles
 from services.worker.scene.poses import pose_library
 
-WRIST_M = -0.02
 REPEATS = 20
 
 
@@ -36,7 +35,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--cache-dir", type=Path, default=Path.home() / ".cache" / "hi5")
     options = parser.parse_args()
-    print(f"{'gender':7} {'shape':22} {'length':>7} {'breadth':>8} {'wrist':>7}  mm")
+    columns = ("length", "breadth", "wrist", "shaft", "PIP")
+    print(f"{'gender':7} {'shape':22} " + " ".join(f"{name:>7}" for name in columns) + "  mm")
     for gender in Gender:
         family = load_family(gender, options.cache_dir)
         smooth = subdivision(family.shaped(HandShape.average()), 1)
@@ -47,15 +47,15 @@ def main() -> None:
 
 
 def _sizes_m(hand: HandModel, smooth: Subdivision) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    skin_m = smooth.apply(hand.vertices_m)
-    row = BONE_INDEX["forearm"]
-    way = hand.bone_heads_m[row] / np.linalg.norm(hand.bone_heads_m[row])
-    wrist = limb_section(-WRIST_M * way, way, skin_m, triangles(smooth.quads)).points_m
+    skin_m, faces = smooth.apply(hand.vertices_m), triangles(smooth.quads)
+    k = hand.keypoints_m
     return np.array(
         [
             hand_length_m(hand.bone_heads_m, hand.bone_tails_m, skin_m),
-            hand_breadth_m(skin_m, smooth.owners(hand.part), hand.keypoints_m),
-            np.linalg.norm(wrist - np.roll(wrist, 1, axis=0), axis=1).sum(),
+            hand_breadth_m(skin_m, smooth.owners(hand.part), k),
+            wrist_girth_m(hand.bone_heads_m, skin_m, faces),
+            girth_m(0.4 * k[5] + 0.6 * k[6], k[6] - k[5], skin_m, faces),
+            girth_m(k[6], k[7] - k[5], skin_m, faces),
         ]
     )
 

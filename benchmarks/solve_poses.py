@@ -1,9 +1,10 @@
 """Solve the contacts of all poses and write services/worker/scene/solved_poses.npz.
 
-    python -m benchmarks.solve_poses [--cache DIR] [--jobs N] [--pose NAME ...]
+    python -m benchmarks.solve_poses [--cache DIR] [--jobs N] [--pose NAME ...] [--shape NAME ...]
 
 Run it when poses.csv, the table of touches, the solver or the hand's compiler has changed: it takes
-some ten minutes on two cores. With --pose only those poses are solved anew.
+some ten minutes on two cores. With --pose or --shape only those are solved anew, each shape from
+the angles that the file has.
 """
 
 import argparse
@@ -29,16 +30,19 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, default=None)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--pose", type=Pose, nargs="*", default=list(Pose))
+    parser.add_argument("--shape", choices=[name for name, _ in SHAPES], nargs="*")
     asked = parser.parse_args()
     cache = asked.cache or Settings().cache_dir
     path = Path(__file__).parents[1] / "services" / "worker" / "scene" / SOLVED_FILE
     table = np.zeros((len(Gender), len(Pose), len(SHAPES), 26), np.int16)
-    if path.is_file() and set(asked.pose) != set(Pose):
+    if path.is_file() and (asked.shape or set(asked.pose) != set(Pose)):
         table = np.load(path)["centidegrees"]
     alike = same_hands(asked.pose)
     jobs = [(gender, pose) for pose in alike for gender in Gender]
+    known = [_rows(table, job) if asked.shape else None for job in jobs]
+    work = partial(solve, cache, asked.shape)
     with ProcessPoolExecutor(asked.jobs) as pool:
-        for (gender, pose), rows in zip(jobs, pool.map(partial(solve, cache), jobs), strict=True):
+        for (gender, pose), rows in zip(jobs, pool.map(work, jobs, known), strict=True):
             for twin in alike[pose]:
                 own = pose_library()[twin].as_array() * 100.0
                 copied = np.where(FREE, rows, np.round(own)).astype(np.int16)
@@ -63,15 +67,29 @@ def same_hands(poses: list[Pose]) -> dict[Pose, list[Pose]]:
     return {twins[0]: twins for twins in alike.values()}
 
 
-def solve(cache: Path, job: tuple[Gender, Pose]) -> np.ndarray:
-    """(shapes, 26) hundredths of a degree."""
+def _rows(table: np.ndarray, job: tuple[Gender, Pose]) -> np.ndarray:
+    gender, pose = job
+    rows: np.ndarray = table[list(Gender).index(gender), list(Pose).index(pose)]
+    return rows
+
+
+def solve(
+    cache: Path, shapes: list[str] | None, job: tuple[Gender, Pose], known: np.ndarray | None
+) -> np.ndarray:
+    """(shapes, 26) hundredths of a degree; known: such a table, whose other shapes are kept."""
     gender, pose = job
     family = load_family(gender, cache)
     table_deg = pose_library()[pose].as_array()
     rows: list[np.ndarray] = []
-    for _, shape in SHAPES:
+    for number, (name, shape) in enumerate(SHAPES):
+        start = rows[0] if rows else None
+        if known is not None:
+            start = np.where(FREE, known[number] / 100.0, table_deg)
+        if shapes and name not in shapes and start is not None:
+            rows.append(start)
+            continue
         body = Body.of(family.shaped(shape))
-        rows.append(solved_pose_deg(body, pose, table_deg, rows[0] if rows else None))
+        rows.append(solved_pose_deg(body, pose, table_deg, start))
     return np.round(np.stack(rows) * 100.0).astype(np.int16)
 
 

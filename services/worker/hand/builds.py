@@ -49,10 +49,8 @@ class HandFamily:
     """(P,3) shift when the fingers grow by their own length."""
     finger_thickness_m: F8
     """(P,3) shift when the fingers' girth doubles."""
-    lean_m: F8
-    """(P,3) shift of a hand without fat."""
-    fat_m: F8
-    """(P,3) shift of a heavy hand, beside that of its build."""
+    physiques_m: F8
+    """(5,P,3) shifts of hands whose physique is not average, see physique_amounts."""
     correctives_m: F8
     """(C,V,3) shifts of the average hand's skin that come with bending, see flesh.CORRECTIVES."""
     content_hash: str
@@ -74,8 +72,7 @@ class HandFamily:
         points_m = np.einsum("c,cpk->pk", shares[used], self.builds_m[used])
         points_m += shape.finger_length * FINGER_LENGTH_SPREAD * self.finger_length_m
         points_m += shape.finger_thickness * FINGER_THICKNESS_SPREAD * self.finger_thickness_m
-        points_m += leanness(shape) * self.lean_m
-        points_m += max(0.0, 2.0 * shape.weight - 1.0) * self.fat_m
+        points_m += np.einsum("c,cpk->pk", physique_amounts(shape), self.physiques_m)
         points_m *= 1.0 + shape.scale * SCALE_SPREAD
         return self._model(points_m, shape)
 
@@ -124,13 +121,27 @@ def build_shares(shape: HandShape) -> F8:
     return shares
 
 
+def physique_amounts(shape: HandShape) -> F8:
+    """How much (5,) of each of physique.physiques a shape has: bare, thin, fat, muscular, old."""
+    heavier = 2.0 * shape.weight - 1.0
+    return np.array(
+        [
+            leanness(shape),
+            max(0.0, -heavier),
+            max(0.0, heavier),
+            2.0 * shape.muscle - 1.0,
+            shape.oldness,
+        ]
+    )
+
+
 def leanness(shape: HandShape) -> float:
     """How much of the fat under the skin of the hand's back is gone, 0..1: thin people, old people.
 
     Fat on the back of the hand goes with age whatever the weight.
     """
     thin = max(0.0, 1.0 - 2.0 * shape.weight)
-    return min(1.0, 0.75 * thin + LEAN_BY_AGE * shape.oldness)
+    return min(1.0, thin + LEAN_BY_AGE * shape.oldness)
 
 
 def _low_mid_high(amount: float) -> F8:

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hi5_common.domain.vocabulary import Gender
-from services.worker.hand import asset, bones, cut, growth, maps, profile, rest
+from services.worker.hand import asset, bones, cut, growth, maps, physique, profile, rest
 from services.worker.hand import flesh as flesh_pads
 from services.worker.hand.asset import F8, I4
 from services.worker.hand.builds import HandFamily
@@ -18,7 +18,7 @@ from services.worker.hand.keypoints import (
     keypoint_weights,
     section_points,
 )
-from services.worker.hand.measure import hand_breadth_m, hand_length_m
+from services.worker.hand.measure import hand_breadth_m, hand_length_m, wrist_girth_m
 from services.worker.hand.parts import PARTS, HandPart
 from services.worker.hand.rotation import unit
 from services.worker.hand.subdivide import Subdivision, refined
@@ -33,6 +33,10 @@ middle finger; breadth across the ends of metacarpals 2 and 5."""
 PROFILE_PASSES = 2
 FOREARM_GROWTH = 0.17
 """The asset's wrists measure 147 and 129 mm round; those of men and women 174 and 152 (ibid.)."""
+LENGTHENED: dict[str, tuple[float, ...]] = {"index": (0.07, 0.0, 0.0), "pinky": (0.10, 0.08, 0.03)}
+"""By what the asset's segments are too short: its little finger ends 30 mm below the ring finger,
+human ones 25.6 ± 2.7 mm at a mean hand of about 180 mm, and its index 15 mm below the middle
+finger, human ones 10.7 ± 4.1 (Chatzioglou et al., Anat Cell Biol 2024; 57: 172-182)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,8 +146,14 @@ def _calibrated(gender: Gender, source: Source, builds: list[Build]) -> list[Bui
         builds[at].heads_m, builds[at].tails_m, flesh.smooth_m
     )
     builds = [build.stretched(np.array([across, along, across])) for build in builds]
+    proportions = _proportions(source, builds[at])
+    builds = [build.shifted(proportions, 1.0) for build in builds]
     limb = _forearm_shift(builds[at])
-    builds = [build.shifted(limb, FOREARM_GROWTH) for build in builds]
+    girth_m = _wrist_girth_m(source, builds[at])
+    growths = [
+        (1.0 + FOREARM_GROWTH) * girth_m / _wrist_girth_m(source, build) - 1.0 for build in builds
+    ]
+    builds = [build.shifted(limb, growth) for build, growth in zip(builds, growths, strict=True)]
     for _ in range(PROFILE_PASSES):
         shift = _profile_shift(gender, source, builds[at])
         builds = [build.shifted(shift, 1.0) for build in builds]
@@ -194,6 +204,17 @@ def _hinges(source: Source, build: Build) -> F8:
     return rest.hinge_axes(build.heads_m, build.tails_m, nail_normals)
 
 
+def _proportions(source: Source, build: Build) -> growth.Field:
+    return growth.finger_length_field(
+        build.vertices_m, source.weights, build.heads_m, build.tails_m, LENGTHENED
+    )
+
+
+def _wrist_girth_m(source: Source, build: Build) -> float:
+    skin_m = source.smooth.apply(build.vertices_m)
+    return wrist_girth_m(build.heads_m, skin_m, triangles(source.smooth.quads))
+
+
 def _forearm_shift(build: Build) -> growth.Field:
     """The shift when the girth of wrist and forearm doubles."""
     row = bones.BONE_INDEX["forearm"]
@@ -223,6 +244,7 @@ def _family(gender: Gender, source: Source, builds: list[Build]) -> HandFamily:
         average.vertices_m, weights, average.heads_m, average.tails_m
     )
     part = maps.vertex_parts(weights)
+    changes = physique.physiques(flesh.keypoints_m, _size(gender))
     return HandFamily.hashed(
         gender=gender,
         quads=quads,
@@ -237,8 +259,9 @@ def _family(gender: Gender, source: Source, builds: list[Build]) -> HandFamily:
         builds_m=np.stack([points.of(build) for build in builds]),
         finger_length_m=points.of(_as_build(length)),
         finger_thickness_m=points.of(_thickness(source, average, flesh.keypoints_m)),
-        lean_m=points.of(_lean(source, average, flesh.keypoints_m, _size(gender))),
-        fat_m=points.of(_fat(source, average, flesh.keypoints_m, _size(gender))),
+        physiques_m=np.stack(
+            [points.of(_physique(source, average, change, flesh)) for change in changes]
+        ),
         correctives_m=_correctives_m(source, average, flesh.keypoints_m, _size(gender)),
     )
 
@@ -256,21 +279,22 @@ def _as_build(field: growth.Field) -> Build:
     return Build(field.vertices_m, field.heads_m, field.tails_m)
 
 
-def _lean(source: Source, average: Build, keypoints_m: F8, size: float) -> Build:
-    return _as_build(_pads(source, average, flesh_pads.lean_pads(keypoints_m, size)))
-
-
-def _fat(source: Source, average: Build, keypoints_m: F8, size: float) -> Build:
-    pads = _pads(source, average, flesh_pads.fat_pads(keypoints_m, size))
-    fingers_m = flesh_pads.fat_fingers_shift_m(
-        average.vertices_m, source.weights, digit_lines_m(keypoints_m)
-    )
-    return _as_build(_skin_only(average, pads.vertices_m + fingers_m))
+def _physique(source: Source, average: Build, change: physique.Physique, flesh: "_Flesh") -> Build:
+    """The shift that makes a hand of another physique of the average one."""
+    shift_m = _pads(source, average, change.pads).vertices_m
+    lines = digit_lines_m(flesh.keypoints_m)
+    for digit, girths in change.girths.items():
+        ratios = 1.0 + np.array(girths)
+        shift_m = shift_m + profile.profile_shift_m(
+            average.vertices_m, source.weights, digit, lines[digit], ratios
+        )
+    limb_m = change.limb_girth * _forearm_shift(average).vertices_m
+    return _as_build(_skin_only(average, shift_m + limb_m))
 
 
 def _correctives_m(source: Source, average: Build, keypoints_m: F8, size: float) -> F8:
     """(C,V,3) in the order of flesh.CORRECTIVES."""
-    shapes = [flesh_pads.knuckle_pad(keypoints_m, finger, size) for finger in bones.FINGERS]
+    shapes = [flesh_pads.knuckle_pads(keypoints_m, finger, size) for finger in bones.FINGERS]
     shapes.append(flesh_pads.opposed_pads(keypoints_m, size))
     return np.stack([_pads(source, average, pads).vertices_m for pads in shapes])
 

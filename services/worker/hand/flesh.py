@@ -1,23 +1,21 @@
 """Pads and hollows under the skin: smooth swellings along lines of the hand at rest.
 
 The asset's hand is that of a doll: flat palm, even back. These fields give it the balls of thumb
-and little finger, the cushions below the fingers, knuckles, and what fat, age and bending do there.
+and little finger, the cushions below the fingers, knuckles, and what bending does there.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from services.worker.hand.asset import F8
 from services.worker.hand.bones import FINGERS
-from services.worker.hand.growth import finger_flesh
 from services.worker.hand.maps import smoothstep
-from services.worker.hand.rest import DIGITS
 from services.worker.hand.rotation import unit
 
 DORSAL, PALMAR = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])
+ULNAR, RADIAL = np.array([1.0, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0])
 FACING = (0.0, 0.7)
 """Skin takes part in a pad as it faces its way: from not at all to wholly over these cosines."""
 
@@ -67,7 +65,7 @@ def pulp_pads(keypoints_m: F8, hinges: F8, size: float) -> list[Pad]:
         joint, tip = keypoints_m[3 + 4 * row], keypoints_m[4 + 4 * row]
         palmar = unit(np.cross(hinge, tip - joint))
         pads.append(Pad(0.3 * joint + 0.7 * tip, tip, 0.0045, 0.0013, palmar))
-    return [_sized(pad, size) for pad in pads]
+    return sized(pads, size)
 
 
 def resting_pads(keypoints_m: F8, size: float) -> list[Pad]:
@@ -84,72 +82,56 @@ def resting_pads(keypoints_m: F8, size: float) -> list[Pad]:
         cushion = mcp + 0.15 * (mcp - k[0]) * [0.0, -1.0, 0.0] + 0.1 * (pip - mcp)
         pads.append(Pad(cushion, cushion, 0.007, 0.0010, PALMAR))
         pads.append(Pad(mcp, mcp, 0.006, 0.0008, DORSAL))
-    return [_sized(pad, size) for pad in pads]
+    return sized(pads, size)
 
 
-def lean_pads(keypoints_m: F8, size: float) -> list[Pad]:
-    """What a hand without fat shows: hollows between the metacarpals, knuckles, the first web."""
-    pads = _between_metacarpals(keypoints_m, -0.0020)
-    web = 0.5 * keypoints_m[5] + 0.5 * keypoints_m[2]
-    pads.append(Pad(0.4 * keypoints_m[1] + 0.6 * web, web, 0.008, -0.0022, DORSAL))
-    pads += [Pad(k, k, 0.0055, 0.0011, DORSAL) for k in keypoints_m[[5, 9, 13, 17]]]
-    return [_sized(pad, size) for pad in pads]
-
-
-def fat_pads(keypoints_m: F8, size: float) -> list[Pad]:
-    """Where fat lies in a heavy hand: its back, its balls, the cushions below the fingers."""
-    k = keypoints_m
-    back = Pad(0.6 * k[0] + 0.4 * k[9], 0.25 * k[0] + 0.75 * k[9], 0.020, 0.0022, DORSAL)
-    thenar = Pad(0.7 * k[1] + 0.3 * k[0], 0.3 * k[1] + 0.7 * k[2], 0.013, 0.0025, PALMAR)
-    hypothenar = Pad(0.75 * k[0] + 0.25 * k[17], 0.4 * k[0] + 0.6 * k[17], 0.013, 0.0025, PALMAR)
-    dimples = [Pad(m, m, 0.006, -0.0014, DORSAL) for m in k[[5, 9, 13, 17]]]
-    return [_sized(pad, size) for pad in [back, thenar, hypothenar, *dimples]]
-
-
-def _between_metacarpals(keypoints_m: F8, height_m: float) -> list[Pad]:
-    wrist, knuckles = keypoints_m[0], keypoints_m[[5, 9, 13, 17]]
-    pads = []
-    for one, other in pairwise(knuckles):
-        middle = 0.5 * (one + other)
-        near, far = 0.55 * wrist + 0.45 * middle, 0.12 * wrist + 0.88 * middle
-        pads.append(Pad(near, far, 0.0048, height_m, DORSAL))
-    return pads
-
-
-KNUCKLE_HEIGHTS_M = {"index": 0.0010, "middle": 0.0022, "ring": 0.0026, "pinky": 0.0032}
+KNUCKLE_HEIGHTS_M = {"index": 0.0030, "middle": 0.0052, "ring": 0.0050, "pinky": 0.0048}
 """How far the head of a metacarpal comes out when its finger is bent by a right angle; skinning
-alone thins the joint by as much."""
+alone thins the joint by half as much."""
+VALLEY_M = -0.0036
+FLANKS_M = (0.0024, 0.0009, 0.0014)
+"""Flanks between index and middle, middle and ring, ring and little finger: the asset's index
+stands far from the middle finger."""
 
 
-def knuckle_pad(keypoints_m: F8, finger: str, size: float) -> list[Pad]:
-    """The head of a metacarpal, which comes out as the finger bends."""
-    mcp = keypoints_m[1 + 4 * DIGITS.index(finger)]
-    return [_sized(Pad(mcp, mcp, 0.0075, KNUCKLE_HEIGHTS_M[finger], DORSAL), size)]
+def knuckle_pads(keypoints_m: F8, finger: str, size: float) -> list[Pad]:
+    """What bending a finger at the knuckle brings out.
+
+    The head of its metacarpal; half of the valleys to its neighbours' heads; its own flanks, whose
+    flesh is squeezed out towards its neighbours.
+    """
+    row = FINGERS.index(finger)
+    mcp, pip = keypoints_m[5 + 4 * row], keypoints_m[6 + 4 * row]
+    pads = [Pad(mcp, mcp, 0.0065, KNUCKLE_HEIGHTS_M[finger], DORSAL)]
+    for side, other in ((RADIAL, row - 1), (ULNAR, row + 1)):
+        if 0 <= other < len(FINGERS):
+            valley = 0.5 * (mcp + keypoints_m[5 + 4 * other])
+            pads.append(Pad(valley, valley, 0.0042, 0.5 * VALLEY_M, DORSAL))
+            near, far = 0.8 * mcp + 0.2 * pip, 0.25 * mcp + 0.75 * pip
+            pads.append(Pad(near, far, 0.0060, FLANKS_M[min(row, other)], side))
+    return sized(pads, size)
+
+
+WEB_WAY = unit(np.array([-0.85, 0.15, -0.5]))
 
 
 def opposed_pads(keypoints_m: F8, size: float) -> list[Pad]:
-    """The ball of the thumb, which bunches as the thumb crosses the palm."""
+    """The ball of the thumb, which bunches as the thumb crosses the palm, and its web, whose skin
+    then stands out instead of falling into a pit.
+    """
     k = keypoints_m
-    return [_sized(Pad(0.6 * k[1] + 0.4 * k[0], 0.5 * (k[1] + k[2]), 0.012, 0.003, PALMAR), size)]
+    ball = Pad(0.6 * k[1] + 0.4 * k[0], 0.5 * (k[1] + k[2]), 0.012, 0.003, PALMAR)
+    web = Pad(0.55 * k[2] + 0.45 * k[5], 0.35 * k[2] + 0.65 * k[5], 0.0085, 0.0030, WEB_WAY)
+    return sized([ball, web], size)
 
 
-def _sized(pad: Pad, size: float) -> Pad:
-    return Pad(pad.start_m, pad.end_m, size * pad.width_m, size * pad.height_m, pad.way)
+def sized(pads: Iterable[Pad], size: float) -> list[Pad]:
+    """The pads of a hand whose breadth is `size` times a man's."""
+    return [
+        Pad(pad.start_m, pad.end_m, size * pad.width_m, size * pad.height_m, pad.way)
+        for pad in pads
+    ]
 
-
-def fat_fingers_shift_m(vertices_m: F8, weights: F8, lines_m: dict[str, F8]) -> F8:
-    """Shift (V,3) of a heavy hand's fingers: thick at the base, less so towards the tip."""
-    shift_m = np.zeros_like(vertices_m)
-    for digit, line_m in lines_m.items():
-        flesh = finger_flesh(vertices_m, weights, digit, line_m)
-        length_m = float(np.linalg.norm(np.diff(line_m, axis=0), axis=1).sum())
-        growth = np.interp(flesh.along_m / length_m, [0.2, 0.45, 1.0], FAT_GIRTH)
-        shift_m += (flesh.share * growth)[:, None] * flesh.radial_m
-    return shift_m
-
-
-FAT_GIRTH = (0.11, 0.09, 0.04)
-"""By how much the girth of a heavy hand's fingers exceeds the average, base to tip."""
 
 CORRECTIVES: tuple[str, ...] = (*(f"{finger}_knuckle" for finger in FINGERS), "opposed_thumb")
 """Shapes that come with bending, in the order of HandModel.correctives_m."""

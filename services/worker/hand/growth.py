@@ -1,5 +1,6 @@
 """How a hand's points move as its fingers grow longer or thicker: fields linear in the amount."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,21 +29,32 @@ class Field:
     tails_m: F8
 
 
-def finger_length_field(vertices_m: F8, weights: F8, heads_m: F8, tails_m: F8) -> Field:
-    """How points move when every free segment of every digit grows by its own length.
+EVERY_LENGTH: dict[str, tuple[float, ...]] = {
+    digit: (1.0,) * len(segments) for digit, segments in PHALANGES.items()
+}
+
+
+def finger_length_field(
+    vertices_m: F8,
+    weights: F8,
+    heads_m: F8,
+    tails_m: F8,
+    amounts: Mapping[str, tuple[float, ...]] = EVERY_LENGTH,
+) -> Field:
+    """How points move when free segments grow by `amounts` of their own length, proximal first.
 
     A segment stretches along its bone and carries those after it, so fingers keep their
     proportions; skin follows its bones by their weights.
     """
     shift = Field(np.zeros_like(vertices_m), np.zeros_like(heads_m), np.zeros_like(tails_m))
-    for digit in PHALANGES:
+    for digit, shares in amounts.items():
         carried = np.zeros(3)
-        for row in phalanx_rows(digit):
-            bone = tails_m[row] - heads_m[row]
-            way = unit(bone)
-            along = np.maximum(np.einsum("vk,k->v", vertices_m - heads_m[row], way), 0.0)
+        for row, share in zip(phalanx_rows(digit), shares, strict=True):
+            bone = share * (tails_m[row] - heads_m[row])
+            axis = unit(tails_m[row] - heads_m[row])
+            along = np.maximum(np.einsum("vk,k->v", vertices_m - heads_m[row], axis), 0.0)
             shift.heads_m[row] = carried
-            shift.vertices_m[:] += weights[:, row, None] * (carried + along[:, None] * way)
+            shift.vertices_m[:] += weights[:, row, None] * (carried + share * along[:, None] * axis)
             carried = carried + bone
             shift.tails_m[row] = carried
     return shift

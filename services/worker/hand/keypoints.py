@@ -1,4 +1,15 @@
-"""Where the 21 keypoints lie at rest, and which bones carry them."""
+"""Where the 21 keypoints lie at rest, and which bones carry them.
+
+0 wrist: the head of the capitate, about which the hand turns, WRIST_BEYOND_M beyond the level of
+the styloid process of the radius, between the wrist's creases. 1 thumb CMC: the joint of trapezium
+and first metacarpal. 2 thumb MCP, 3 thumb IP. 5, 9, 13, 17 MCP: where the finger turns in its
+knuckle; then PIP and DIP. 4, 8, 12, 16, 20: TIP_DEPTH_M inside the end of the digit. All lie in the
+middle of the flesh there, not in the middle of the bone, which is nearer the back.
+
+The asset's thumb turns elsewhere than a human one: its first metacarpal measures 33 mm to 39 of the
+next segment, human ones 46 to 32 (Buryanov and Kotiuk 2010). So CMC and MCP are put where anatomy
+has them, a little off the asset's own joints.
+"""
 
 import numpy as np
 
@@ -11,6 +22,17 @@ from services.worker.hand.surface import Section, limb_chord, limb_section, ray_
 
 TIP_DEPTH_M = 0.004
 """How far inside the end of the finger its tip keypoint lies."""
+WRIST_BEYOND_M = 0.005
+"""The proximal pole of the capitate lies level with the radial styloid, its centre 5 mm beyond."""
+TRAPEZIUM = np.array([0.94, 0.78, 1.0])
+"""The thumb's CMC joint, as shares of where the asset's first metacarpal begins: its wrist joint is
+the origin."""
+THUMB_MCP_BEYOND = 0.04
+"""How far beyond the asset's joint the thumb's MCP lies, in lengths of the proximal phalanx.
+
+A third of what anatomy asks, for the skin bends about the asset's joint."""
+
+DORSAL = np.array([0.0, 0.0, 1.0])
 
 _SEGMENTS = {
     "thumb": ("hand", "thumb_metacarpal", "thumb_proximal", "thumb_distal"),
@@ -43,7 +65,7 @@ def section_points(
     """
     way = unit(tails_m - heads_m)
     wrist = limb_section(
-        heads_m[BONE_INDEX["hand"]],
+        heads_m[BONE_INDEX["hand"]] + np.array([0.0, WRIST_BEYOND_M, 0.0]),
         way[BONE_INDEX["forearm"]] + np.array([0.0, 1.0, 0.0]),
         vertices_m,
         faces,
@@ -51,14 +73,19 @@ def section_points(
     points = [wrist]
     for digit, hinge in zip(DIGITS, hinges, strict=True):
         bones = [BONE_INDEX[name] for name in _SEGMENTS[digit]]
+        joints_m = heads_m[bones].copy()
+        if digit == "thumb":
+            joints_m[1] *= TRAPEZIUM
+            joints_m[2] += THUMB_MCP_BEYOND * (tails_m - heads_m)[bones[2]]
         first_free = 2 if digit == "thumb" else 1
         for joint in range(3):
             before, after = bones[joint], bones[joint + 1]
-            head = heads_m[after]
+            head = joints_m[joint + 1]
             if joint >= first_free:
                 points.append(limb_section(head, way[before] + way[after], vertices_m, faces))
             else:
-                dorsal = np.cross(way[after], hinge)
+                carpal = digit == "thumb" and joint == 0
+                dorsal = DORSAL if carpal else np.cross(way[after], hinge)
                 points.append(limb_chord(head, dorsal, vertices_m, faces))
         points.append(_tip(heads_m[bones[3]], tails_m[bones[3]], vertices_m, faces))
     return points

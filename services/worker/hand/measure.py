@@ -1,4 +1,4 @@
-"""Hand length and breadth, measured as anthropometrists do."""
+"""Lengths, breadths and girths of hands, measured as anthropometrists do."""
 
 import numpy as np
 
@@ -6,6 +6,7 @@ from services.worker.hand.asset import F8, I4
 from services.worker.hand.bones import BONE_INDEX
 from services.worker.hand.parts import PARTS, HandPart
 from services.worker.hand.rotation import unit
+from services.worker.hand.surface import limb_section
 
 THUMB = [
     PARTS.index(part)
@@ -13,6 +14,7 @@ THUMB = [
 ]
 BREADTH_BAND_M = 0.004
 FINGERTIP_M = 0.015
+WRIST_BEHIND_M = 0.02
 
 
 def hand_length_m(heads_m: F8, tails_m: F8, skin_m: F8) -> float:
@@ -37,3 +39,15 @@ def hand_breadth_m(skin_m: F8, part: I4, keypoints_m: F8) -> float:
     level_m = keypoints_m[[5, 17], 1].mean()
     across = (np.abs(skin_m[:, 1] - level_m) < BREADTH_BAND_M) & ~np.isin(part, THUMB)
     return float(np.ptp(skin_m[across, 0]))
+
+
+def girth_m(centre_m: F8, way: F8, skin_m: F8, faces: I4) -> float:
+    """Round a limb or finger through a point (3,) inside it, across a way (3,)."""
+    ring_m = limb_section(centre_m, way, skin_m, faces).points_m
+    return float(np.linalg.norm(ring_m - np.roll(ring_m, 1, axis=0), axis=1).sum())
+
+
+def wrist_girth_m(heads_m: F8, skin_m: F8, faces: I4) -> float:
+    """Round the forearm, WRIST_BEHIND_M behind the wrist joint."""
+    way = unit(heads_m[BONE_INDEX["forearm"]])
+    return girth_m(WRIST_BEHIND_M * way, way, skin_m, faces)

@@ -89,5 +89,5 @@ def _other_side(content_hash: str) -> str:
     return "".join(f"{15 - int(digit, 16):x}" for digit in content_hash)
 
 
-COMPILER_VERSION = "8"
+COMPILER_VERSION = "11"
 """Raised with every change that alters a compiled hand."""

@@ -18,7 +18,7 @@ SHAPES: tuple[tuple[str, HandShape], ...] = (("average", HandShape.average()), *
 FIRST_STEPS, NEXT_STEPS = 30, 12
 
 
-GOOD_M = 0.0007
+GOOD_M = 0.0009
 """Gaps and depths below this, as measured, end the search; the bound is 1.5 mm."""
 STARTS, START_SPREAD_DEG = 6, 5.0
 """Fresh starts about the first, for hands that a descent does not bring to touch."""

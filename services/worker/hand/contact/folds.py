@@ -9,9 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hi5_common.domain.vocabulary import Handedness
 from services.worker.hand.bones import BONE_INDEX, BONES, FINGERS
+from services.worker.hand.maps import smoothstep
 from services.worker.hand.model import F8, HandModel
 from services.worker.hand.parts import HandPart
+from services.worker.hand.rest import DIGITS
 from services.worker.hand.rotation import unit
 
 REACH_M = 0.022
@@ -24,8 +27,9 @@ CREASE = 0.18
 
 @dataclass(frozen=True)
 class Fold:
-    """A joint: the bone before it, the bone after it, and all bones on either side."""
+    """A joint: its digit, the bone before it, the bone after it, and all bones on either side."""
 
+    digit: int
     before: int
     after: int
     proximal: tuple[int, ...]
@@ -40,7 +44,9 @@ def _folds() -> tuple[Fold, ...]:
         chain = [BONE_INDEX[f"{digit}_{name}"] for name in names if f"{digit}_{name}" in BONE_INDEX]
         for at in range(1, len(chain)):
             before = palm if at == 1 and digit != "thumb" else (*chain[:at],)
-            folds.append(Fold(chain[at - 1], chain[at], before, tuple(chain[at:])))
+            folds.append(
+                Fold(DIGITS.index(digit), chain[at - 1], chain[at], before, tuple(chain[at:]))
+            )
     return tuple(folds)
 
 
@@ -61,7 +67,8 @@ def _part(model: HandModel, vertices_m: F8, bones: F8, fold: Fold, shift: F8) ->
     # before the joint is that of the segment behind it, had the joint not moved.
     straight = unit(model.bone_tails_m[fold.after] - model.bone_heads_m[fold.after])
     before, after = (bones[k, :3, :3] @ straight for k in (fold.before, fold.after))
-    if before @ after > BEND_COSINE:
+    part = _flexed_share(model, fold, bones, before, after)
+    if part == 0.0:
         return
     normal = unit(before + after)
     head = model.bone_heads_m[fold.after]
@@ -83,8 +90,18 @@ def _part(model: HandModel, vertices_m: F8, bones: F8, fold: Fold, shift: F8) ->
     own = side * (height - middle)
     least = LIE_M * np.clip(np.abs(share) / CREASE, 0.0, 1.0)
     lift = np.where(depth > 0.0, np.maximum(least - own, 0.0), 0.0)
-    shift[rows] += (side * lift)[:, None] * normal
+    shift[rows] += part * (side * lift)[:, None] * normal
 
 
-BEND_COSINE = 0.94
-"""Joints bent by less than 20 degrees make no fold."""
+def _flexed_share(model: HandModel, fold: Fold, bones: F8, before: F8, after: F8) -> float:
+    """How much of a fold (0..1) a bend makes. Bends to the side make none, whatever their angle."""
+    hinge = model.hinges[fold.digit]
+    if model.handedness is Handedness.LEFT:
+        hinge = hinge * np.array([-1.0, 1.0, 1.0])
+    across = np.cross(before, after) @ (bones[fold.before, :3, :3] @ hinge)
+    bend_deg = np.degrees(np.arctan2(abs(across), before @ after))
+    return float(smoothstep(*FOLDING_DEG, bend_deg))
+
+
+FOLDING_DEG = (15.0, 30.0)
+"""Bends over which a joint begins to fold its skin."""
