@@ -98,9 +98,9 @@ def test_fat_rounds_the_fingers_and_thinness_bares_their_joints(
     )
     for place in ("shaft", "middle"):
         assert 1.08 < high[place] / mean[place] < 1.20
-        assert 0.82 < low[place] / mean[place] < 0.92
+        assert 0.82 < low[place] / mean[place] < 0.94
     assert high["joint"] / high["middle"] < mean["joint"] / mean["middle"]
-    assert low["joint"] / low["middle"] > 1.06 * mean["joint"] / mean["middle"]
+    assert low["joint"] / low["middle"] > 1.04 * mean["joint"] / mean["middle"]
     for girths in (low, high):
         assert abs(girths["wrist"] / mean["wrist"] - 1.0) == pytest.approx(0.075, abs=0.02)
 
