@@ -24,8 +24,6 @@ from pathlib import Path
 
 import yaml
 
-SEED = 7
-
 
 @dataclass(frozen=True)
 class Start:
@@ -35,11 +33,11 @@ class Start:
     cpu_s: float
 
 
-def spec_text(place: str, side_px: int) -> str:
+def spec_text(place: str, side_px: int, seed: int) -> str:
     """Return the spec of one image in a place, as YAML."""
     image = {"width": side_px, "height": side_px}
     attributes = {"environment": [place], "gender": ["female"]}
-    return yaml.safe_dump({"count": 1, "seed": SEED, "image": image, "attributes": attributes})
+    return yaml.safe_dump({"count": 1, "seed": seed, "image": image, "attributes": attributes})
 
 
 def start(spec: Path, cache: Path, out: Path) -> Start:
@@ -59,17 +57,20 @@ def main() -> None:
     """Run the starts one after another and print a line for each."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--side", type=int, default=640)
+    parser.add_argument("--seed", type=int, default=7, help="of the one image")
     parser.add_argument("--warm", type=int, default=2)
     parser.add_argument("--places", nargs="+", default=["living_day", "studio"])
     asked = parser.parse_args()
     print(
         f"Python {platform.python_version()}, bpy {version('bpy')}, hi5 {version('hi5')},", end=" "
     )
-    print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.2f}, {asked.side} px")
+    print(
+        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.2f}, {asked.side} px, seed {asked.seed}"
+    )
     for place in asked.places:
         with tempfile.TemporaryDirectory(prefix="hi5-cold-") as folder:
             spec = Path(folder) / "spec.yaml"
-            spec.write_text(spec_text(place, asked.side), "utf-8")
+            spec.write_text(spec_text(place, asked.side, asked.seed), "utf-8")
             for number in range(1 + asked.warm):
                 name = f"warm {number}" if number else "cold"
                 took = start(spec, Path(folder) / "cache", Path(folder) / f"out{number}")

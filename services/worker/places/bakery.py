@@ -20,7 +20,7 @@ from services.worker.places.errors import BakeFailed
 from services.worker.places.exr import write_panorama
 from services.worker.places.recipes import Recipe, recipe_of
 
-WIDTH_PX = 2048
+WIDTH_PX = 1536
 BAKE_TIMEOUT_S = 240.0
 _OVEN = "services.worker.render.blender.places.oven"
 

@@ -26,7 +26,7 @@ __all__ = ["LUMINANCE", "MissingAsset", "furnish"]
 
 Panorama = npt.NDArray[np.float32]
 KEPT_PANORAMAS = 6
-"""Decoded panoramas kept in memory, 25 MB each at 2048 texels: neighbours in a shard share them."""
+"""Decoded panoramas kept in memory, 14 MB each at 1536 texels: neighbours in a shard share them."""
 
 
 class _Furnishing:

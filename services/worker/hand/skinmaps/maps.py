@@ -1,5 +1,6 @@
 """The skin maps of one hand: planes of pigment, marks and relief, and what their mean needs."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import cv2
@@ -50,19 +51,30 @@ class SkinMaps:
 def skin_maps(model: HandModel, side_px: int) -> SkinMaps:
     """Evaluate every plane from the rest surface of a right hand (about 3 s at 1024 px).
 
-    What changes slowly over the skin is evaluated at half the size where that is fine enough.
+    What changes slowly over the skin is evaluated at half the size where that is fine enough, and
+    in a thread beside the rest: a worker's first image waits for this.
     """
     skin = skin_of_hand(model, side_px)
-    broad = skin if side_px < HALVED_FROM_PX else skin_of_hand(model, side_px // 2)
-    pictures = {plane: _picture(plane, values, skin) for plane, values in _sharp(skin).items()}
-    for plane, values in _broad(broad).items():
-        picture = _picture(plane, values, broad)
-        pictures[plane] = picture if broad is skin else _enlarged(picture, side_px)
+    with ThreadPoolExecutor(1) as beside:
+        broad = beside.submit(_broad_pictures, model, skin, side_px)
+        pictures = {plane: _picture(plane, values, skin) for plane, values in _sharp(skin).items()}
+        pictures |= broad.result()
     return SkinMaps(
         np.stack([pictures[plane] for plane in MARKS]),
         np.stack([pictures[plane] for plane in HEIGHTS]),
         _spread_evenly(skin, pictures),
     )
+
+
+def _broad_pictures(model: HandModel, skin: Skin, side_px: int) -> dict[Plane, Bytes | Shorts]:
+    """Stored numbers (S, S) of the planes that change slowly over the skin."""
+    if side_px < HALVED_FROM_PX:
+        return {plane: _picture(plane, values, skin) for plane, values in _broad(skin).items()}
+    half = skin_of_hand(model, side_px // 2)
+    return {
+        plane: _enlarged(_picture(plane, values, half), side_px)
+        for plane, values in _broad(half).items()
+    }
 
 
 def _sharp(skin: Skin) -> dict[Plane, F8]:

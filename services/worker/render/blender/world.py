@@ -15,7 +15,7 @@ environments), and 0.08 s of CPU less to build for every image."""
 
 
 KEPT_IMAGES = 4
-"""Panoramas kept loaded, 34 MB each at 2048 texels: hundreds must not fill memory."""
+"""Panoramas kept loaded, 19 MB each at 1536 texels: hundreds must not fill memory."""
 
 
 @dataclass(frozen=True)
