@@ -71,7 +71,7 @@ class Studio:
         watch = Stopwatch()
         with watch.phase("scene"):
             bake_ahead(plan.cell(index).environment)  # meanwhile a new machine compiles hands
-            scene = sample_scene(spec, plan, index, self.hands)
+            scene = sample_scene(spec, plan, index, self.hands, self.renderer.prepare)
         return self.developed(spec, scene, f"{index:09d}", watch)
 
     def developed(

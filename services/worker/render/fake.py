@@ -9,6 +9,7 @@ import time
 import numpy as np
 import numpy.typing as npt
 
+from hi5_common.domain.vocabulary import Gender
 from services.worker.label.projected import project_mesh
 from services.worker.label.projection import F8
 from services.worker.label.raster import Surface, rasterise
@@ -16,7 +17,7 @@ from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
 from services.worker.scene.environments import mean_luminance
-from services.worker.scene.types import HandScene, SceneGeometry, Skin
+from services.worker.scene.types import Array, Camera, HandScene, SceneGeometry, Skin
 
 AMBIENT = 0.3
 
@@ -30,6 +31,9 @@ class FakeRenderer:
     def versions(self) -> dict[str, str]:
         """Return numpy's version, which does the drawing."""
         return {"numpy": np.__version__}
+
+    def prepare(self, gender: Gender, camera: Camera, keypoints_m: Array) -> None:
+        """Do nothing: there is nothing to load."""
 
     def render(
         self,

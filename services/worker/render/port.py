@@ -6,9 +6,10 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from hi5_common.domain.vocabulary import Gender
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
-from services.worker.scene.types import HandScene, SceneGeometry
+from services.worker.scene.types import Array, Camera, HandScene, SceneGeometry
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +36,10 @@ class Renderer(Protocol):
     @property
     def versions(self) -> dict[str, str]:
         """Versions of what draws, by component: with the same ones pixels are the same."""
+        ...
+
+    def prepare(self, gender: Gender, camera: Camera, keypoints_m: Array) -> None:
+        """Begin what drawing a hand will need, or nothing; keypoints_m (21, 3) in the world."""
         ...
 
     def render(

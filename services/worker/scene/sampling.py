@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from hi5_common.domain.errors import PermanentError
 from hi5_common.domain.plan import Cell, Plan
 from hi5_common.domain.seeding import factor_rng, render_seed
 from hi5_common.domain.spec import DatasetSpec
-from hi5_common.domain.vocabulary import skin_tone_ita_deg
+from hi5_common.domain.vocabulary import Gender, skin_tone_ita_deg
 from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
 from services.worker.hand.skin import posed_hand
 from services.worker.ornaments.draw import FactorRng, draw_nail_polish, draw_ornaments
@@ -45,7 +46,16 @@ class NoViewFound(PermanentError):
     """No view of a scene shows enough of the hand."""
 
 
-def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) -> HandScene:
+class Prepare(Protocol):
+    """Is told of a view as soon as it is drawn: the light may have to be waited for."""
+
+    def __call__(self, gender: Gender, camera: Camera, keypoints_m: Array) -> None:
+        """Begin what drawing this hand will need; keypoints_m (21, 3) in the world."""
+
+
+def sample_scene(
+    spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary, prepare: Prepare | None = None
+) -> HandScene:
     """Resolve image `index` of a spec: a pure function of (spec, seed, index).
 
     A view that will not do (see `view.py`) is drawn again inside the same cell, so counts stay
@@ -65,6 +75,8 @@ def sample_scene(spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary) 
             break
     else:
         raise NoViewFound(f"Image {index}: none of {MAX_VIEW_ATTEMPTS} views shows the hand.")
+    if prepare is not None:
+        prepare(cell.gender, camera, transformed(placed, posed.keypoints_m))
     seen = Seen(camera, transformed(placed, posed.vertices_m), hand.model.hand_quads())
     skin = _draw_skin(cell, shape.age_years, rng_of)
     light = _draw_light(cell.environment, seen, skin, rng_of("light"))

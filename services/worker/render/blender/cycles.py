@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from hi5_common.domain.vocabulary import Gender
 from services.worker.render.blender import camera, film, mesh, session
 from services.worker.render.blender.material import new_skin_material
 from services.worker.render.blender.ornaments import OrnamentRack
@@ -16,7 +17,7 @@ from services.worker.render.detail import Detail, detail_for
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
-from services.worker.scene.types import HandScene, Light, SceneGeometry
+from services.worker.scene.types import Array, Camera, HandScene, Light, SceneGeometry
 
 
 class CyclesRenderer:
@@ -41,6 +42,10 @@ class CyclesRenderer:
     def versions(self) -> dict[str, str]:
         """Return the Blender version that draws."""
         return {"bpy": bpy.app.version_string}
+
+    def prepare(self, gender: Gender, camera: Camera, keypoints_m: Array) -> None:
+        """Begin to compile or load the skin maps of a view, in a thread that has no part of bpy."""
+        self._shelf.fetch(gender, detail_for(camera, keypoints_m).level)
 
     def render(
         self,

@@ -1,5 +1,6 @@
 """One hand's skin as Blender images: mixed from the maps for each hand, which are loaded once."""
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -31,15 +32,25 @@ class SkinImageShelf:
     """
 
     cache_dir: Path
-    maps: dict[tuple[Gender, MapLevel], SkinMaps] = field(default_factory=dict)
+    maps: dict[tuple[Gender, MapLevel], Future[SkinMaps]] = field(default_factory=dict)
     shown: SkinImages | None = None
+    _beside: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
+
+    def fetch(self, gender: Gender, level: MapLevel) -> Future[SkinMaps]:
+        """Begin to load maps, compiling them where they are missing, unless they are here.
+
+        What failed is tried again.
+        """
+        key = (gender, level)
+        begun = self.maps.get(key)
+        if begun is None or (begun.done() and begun.exception() is not None):
+            self.maps[key] = self._beside.submit(load_skin_maps, gender, level, self.cache_dir)
+        return self.maps[key]
 
     def images(self, skin: Skin, gender: Gender, detail: Detail) -> SkinImages:
         """Return new images of a skin. The ones before are kept until `drop` is called."""
-        key = (gender, detail.level)
-        if key not in self.maps:
-            self.maps[key] = load_skin_maps(gender, detail.level, self.cache_dir)
-        picture = painted(skin, self.maps[key], detail.pattern)
+        maps = self.fetch(gender, detail.level).result()
+        picture = painted(skin, maps, detail.pattern)
         return SkinImages(_image("albedo", picture.albedo), _image("relief", picture.relief))
 
     def show(self, images: SkinImages) -> None:
