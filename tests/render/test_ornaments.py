@@ -58,8 +58,9 @@ def test_the_mask_with_ornaments_covers_what_is_drawn(
     without = rasterise(replace(shot, geometry=replace(shot.geometry, ornaments=())).mesh).covered
     assert mask.sum() > without.sum() + 30
     assert (mask & drawn).sum() / (mask | drawn).sum() >= 0.99
-    half = (frame.rgba[..., 3] > 0.15) & (frame.rgba[..., 3] < 0.85)
-    assert not ((mask != drawn) & ~half).any()
+    # A crack between fingers may be a tenth of a pixel wide and yet run through a pixel's centre.
+    part = (frame.rgba[..., 3] > 0.05) & (frame.rgba[..., 3] < 0.95)
+    assert not ((mask != drawn) & ~part).any()
 
 
 def test_a_bare_hand_after_a_dressed_one_is_the_same_and_nothing_is_left(
