@@ -50,8 +50,11 @@ def walk_albedo(albedo: float) -> float:
 def decay_per_mean_free_path(single_albedo: float) -> float:
     """Return the mean free paths' share of the length over which light falls to 1/e, 0..1.
 
-    The asymptotic root of transport with isotropic scattering (Case and Zweifel 1967).
+    The asymptotic root of transport with isotropic scattering (Case and Zweifel 1967). Where next
+    to nothing is scattered it is one, to more digits than a float has.
     """
+    if single_albedo * math.atanh(1.0 - _LEAST) <= 1.0:
+        return 1.0
     return _root(lambda k: single_albedo * math.atanh(k) / k - 1.0)
 
 

@@ -37,6 +37,19 @@ def test_light_travels_less_far_in_darker_skin() -> None:
     assert 0.7 < light[0] < 1.1
 
 
+@pytest.mark.parametrize("albedo", [0.0005, 0.004, 0.0165, 0.02, 0.5, 0.92, 0.99])
+def test_every_albedo_has_a_mean_free_path(albedo: float) -> None:
+    lengths = mean_free_path_mm((albedo, albedo, albedo))
+    assert all(0.0 < length < 10.0 for length in lengths)
+
+
+def test_where_little_is_scattered_light_dies_within_a_mean_free_path() -> None:
+    decays = [decay_per_mean_free_path(single) for single in (0.3, 0.2, 0.1, 0.09, 0.001)]
+    assert decays == sorted(decays)
+    assert decays[-1] == 1.0
+    assert decays[0] < 0.999
+
+
 def test_a_walk_in_white_flesh_absorbs_nothing() -> None:
     assert walk_albedo(0.0) == 0.0
     assert walk_albedo(1.0) > 0.998
