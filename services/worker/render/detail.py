@@ -17,8 +17,8 @@ TEXELS_PER_M = {
 }
 """About how many texels of a level lie along a metre of skin."""
 MAGNIFIED = 2.4
-"""A texel may be seen this many pixels wide before a finer level is worth its cost: 2048 texels
-take 9 s more to compile, and softness leaves little of them in pictures of 640."""
+"""A texel may be seen this many pixels wide before a finer level is worth its cost. The finest
+take longest to compile, and a camera's softness leaves little of them in pictures of 640."""
 PATTERN_PX_PER_M = (1000.0, 2400.0)
 """Lines a millimetre apart are lost where a millimetre is one pixel, and whole at 2.4 pixels."""
 RELIEF_PX_PER_M = 700.0
@@ -37,7 +37,7 @@ class Detail:
 def detail_for(camera: Camera, keypoints_m: npt.NDArray[np.float64]) -> Detail:
     """Return what of the skin is worth drawing where the hand is.
 
-    The level is the coarsest whose texels are hardly wider than pixels.
+    The level is the coarsest whose texels are no wider than MAGNIFIED pixels.
     """
     homogeneous = np.c_[keypoints_m, np.ones(len(keypoints_m))]
     depths_m = np.einsum("j,nj->n", camera.world_to_camera[2], homogeneous)

@@ -48,7 +48,7 @@ class SkinImageShelf:
         return self.maps[key]
 
     def images(self, skin: Skin, gender: Gender, detail: Detail) -> SkinImages:
-        """Return new images of a skin. The ones before are kept until `drop` is called."""
+        """Return new images of a skin. The ones before are kept until `show` is called."""
         maps = self.fetch(gender, detail.level).result()
         picture = painted(skin, maps, detail.pattern)
         return SkinImages(_image("albedo", picture.albedo), _image("relief", picture.relief))
