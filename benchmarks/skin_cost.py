@@ -67,7 +67,7 @@ class Case:
         started = time.process_time()
         rgba = self.meter.render(self.scene, self.geometry, region, settings).rgba
         spent_s = time.process_time() - started
-        gain = np.float32(2.0**self.scene.light.exposure_ev)
+        gain = self.scene.light.gain
         shown = to_srgb8(rgba[..., :3] * gain).astype(np.float64)
         return np.concatenate([shown, rgba[..., 3:]], axis=2), spent_s
 

@@ -29,7 +29,7 @@ def compose_picture(scene: HandScene, frame: Frame | None, panorama: F4) -> U1:
         wanted[frame.region.slices] = hand[..., 3] < 1.0
     light = render_background(scene.camera, panorama, scene.light.rotation_z_deg, wanted)
     light = out_of_focus(light, wanted, scene.look, lens.fx_px, scene.view.distance_m)
-    gain = np.float32(2.0**scene.light.exposure_ev)
+    gain = scene.light.gain
     light = shoulder(np.multiply(light, gain, dtype=np.float32))
     if frame is not None and hand is not None:
         light[frame.region.slices] = over(bent_layer(hand, gain), light[frame.region.slices])
@@ -59,8 +59,8 @@ def even_outline(rgba: F4) -> F4:
     return np.concatenate([own * smooth, smooth], axis=-1, dtype=np.float32)
 
 
-def bent_layer(rgba: F4, gain: np.float32) -> F4:
-    """Return premultiplied light (H, W, 4), exposed by a gain and bent by the shoulder alone.
+def bent_layer(rgba: F4, gain: F4) -> F4:
+    """Return premultiplied light (H, W, 4), exposed by a gain (3,) and bent by the shoulder alone.
 
     Layers are laid over each other after the shoulder: before it, a pixel of which the hand covers
     all but a tenth is white before a window ten times as bright as white, and the outline a stair.

@@ -37,11 +37,10 @@ class Photographer:
         check_frame(frame, scene.light.exposure_ev)
         if sitting.in_place:
             return compose_picture(scene, frame, load_panorama(scene.light.environment))
-        gain = np.float32(2.0**scene.light.exposure_ev)
-        return to_srgb8(_on_grey(frame, sitting.side_px, gain))
+        return to_srgb8(_on_grey(frame, sitting.side_px, scene.light.gain))
 
 
-def _on_grey(frame: Frame, side_px: int, gain: np.float32) -> F4:
+def _on_grey(frame: Frame, side_px: int, gain: F4) -> F4:
     light = np.full((side_px, side_px, 3), GREY, dtype=np.float32)
     exposed = frame.rgba.copy()
     exposed[..., :3] *= gain

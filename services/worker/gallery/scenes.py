@@ -11,7 +11,7 @@ from hi5_common.domain.spec import parse_spec
 from hi5_common.domain.vocabulary import Attribute, Gender, Pose, Viewpoint
 from services.worker.hand.bones import BONE_INDEX
 from services.worker.hand.skin import posed_hand
-from services.worker.scene.exposure import Seen, light_on_hand, metered_light
+from services.worker.scene.exposure import Seen, colour_on_hand, light_on_hand, metered_light
 from services.worker.scene.geometry import transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.poses import solved_angles
@@ -25,6 +25,7 @@ from services.worker.scene.types import (
     PoseBlend,
     Stance,
 )
+from services.worker.scene.white_balance import white_balance_of
 
 UPRIGHT = Stance(90.0, 0.0)
 MARGIN = 1.12
@@ -32,6 +33,8 @@ MARGIN = 1.12
 SIDE_DEG = 30.0
 """Light from the camera models no form."""
 WHITE_LEVEL = 0.72
+ADAPTED = 0.75
+"""Share of the light's cast that the camera takes out: the middle of what it draws elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +135,9 @@ def _photographed(scene: HandScene, aim: Aim, hands: HandLibrary) -> HandScene:
     environment = scene.cell.environment
     rotation_z_deg = _turned_to(environment, seen)
     level_ev = math.log2(WHITE_LEVEL / metered_light(environment, rotation_z_deg, seen))
-    light = Light(environment, rotation_z_deg, round(level_ev, 4))
+    white = colour_on_hand(environment, rotation_z_deg, seen)
+    balance = white_balance_of(white, ADAPTED)
+    light = Light(environment, rotation_z_deg, round(level_ev, 4), balance)
     view = replace(scene.view, distance_m=aim.distance_m)
     return replace(scene, camera=camera, view=view, light=light)
 

@@ -5,7 +5,7 @@ the sun four times as much, and then dark skin is drawn lighter than light skin.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -27,17 +27,20 @@ METERED_PX = 1024
 
 @dataclass(frozen=True, eq=False)
 class Lamps:
-    """A panorama as distant lamps: unit directions to them (P, 3), irradiance (P,) face on."""
+    """A panorama as distant lamps: unit directions to them (P, 3), irradiance face on: luminance
+    (P,), and in red, green and blue (P, 3).
+    """
 
     directions: Array
     irradiance: Array
+    irradiance_rgb: Array
 
     def turned(self, rotation_z_deg: float) -> "Lamps":
         """Return the lamps turned about the vertical, as Light.rotation_z_deg turns a panorama."""
         angle = math.radians(rotation_z_deg)
         cosine, sine = math.cos(angle), math.sin(angle)
         turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-        return Lamps(self.directions @ turn, self.irradiance)
+        return replace(self, directions=self.directions @ turn)
 
 
 @cache
@@ -46,7 +49,8 @@ def lamps_of(environment: str) -> Lamps:
 
     Longitude grows to the left from +x in the middle of the panorama; the top row is straight up.
     """
-    luminance = _whole_blocks(load_panorama(environment)).astype(np.float64) @ LUMINANCE
+    radiance = _whole_blocks(load_panorama(environment)).astype(np.float64)
+    luminance = radiance @ LUMINANCE
     height, width = luminance.shape
     latitude = (0.5 - (np.arange(height) + 0.5) / height) * math.pi
     longitude = (0.5 - (np.arange(width) + 0.5) / width) * 2.0 * math.pi
@@ -57,9 +61,10 @@ def lamps_of(environment: str) -> Lamps:
     ways = np.stack([level * np.cos(longitude), level * np.sin(longitude), up], axis=-1)
     sums = _block_sums(ways * power[..., None])
     total = _block_sums(power[..., None])[:, 0]
+    total_rgb = _block_sums(radiance * texel_sr[:, None, None])
     lit = total > 0
     directions = sums[lit] / np.linalg.norm(sums[lit], axis=1, keepdims=True)
-    return Lamps(directions, total[lit])
+    return Lamps(directions, total[lit], total_rgb[lit])
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,12 +119,34 @@ def light_on_hand(environment: str, rotation_z_deg: float, seen: Seen) -> float:
     and does not burn out. Each quad that faces the camera counts with the solid angle it fills.
     What other parts of the hand shade is not taken off.
     """
-    normals, weights = _facing(seen)
     lamps = lamps_of(environment).turned(rotation_z_deg)
-    # einsum, not BLAS: the sum must not depend on the number of threads.
-    cosines = np.einsum("gk,pk->gp", normals, lamps.directions)
-    white = np.einsum("gp,p->g", np.maximum(cosines, 0.0), lamps.irradiance) / math.pi
+    cosines, weights = _shone_on(lamps, seen)
+    white = np.einsum("gp,p->g", cosines, lamps.irradiance) / math.pi
     return math.sqrt(float((white**2 * weights).sum() / weights.sum()))
+
+
+def colour_on_hand(environment: str, rotation_z_deg: float, seen: Seen) -> Rgb:
+    """Return the colour of the seen skin, had it been painted white: red, green and blue of the
+    mean light on it, of luminance 1. White where no light falls.
+    """
+    lamps = lamps_of(environment).turned(rotation_z_deg)
+    cosines, weights = _shone_on(lamps, seen)
+    from_lamp = np.einsum("g,gp->p", weights, cosines)
+    falling = np.einsum("p,pc->c", from_lamp, lamps.irradiance_rgb)
+    luminance = float((falling * LUMINANCE).sum())
+    if luminance <= 0.0:
+        return (1.0, 1.0, 1.0)
+    red, green, blue = (falling / luminance).tolist()
+    return red, green, blue
+
+
+def _shone_on(lamps: Lamps, seen: Seen) -> tuple[Array, Array]:
+    """Return how squarely lamps shine on quads that face the camera, (N, P), and the quads' (N,)
+    solid angles.
+    """
+    normals, weights = _facing(seen)
+    # einsum, not BLAS: the sum must not depend on the number of threads.
+    return np.maximum(np.einsum("gk,pk->gp", normals, lamps.directions), 0.0), weights
 
 
 def _facing(surface: Seen) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
 from services.worker.hand.skin import posed_hand
 from services.worker.ornaments.draw import FactorRng, draw_nail_polish, draw_ornaments
 from services.worker.scene.camera_look import draw_camera_look
-from services.worker.scene.exposure import Seen, metered_light, skin_lift_ev
+from services.worker.scene.exposure import Seen, colour_on_hand, metered_light, skin_lift_ev
 from services.worker.scene.geometry import ornaments_on, transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.posture import draw_posture
@@ -26,12 +26,13 @@ from services.worker.scene.types import Array, Camera, HandScene, Light, PolarVi
 from services.worker.scene.view import (
     ViewedHand,
     camera_at,
-    draw_intrinsics,
+    draw_lens,
     draw_stance,
     draw_view,
     polar_direction,
     view_will_do,
 )
+from services.worker.scene.white_balance import draw_adaptation, white_balance_of
 
 MAX_VIEW_ATTEMPTS = 1000
 EXPOSURE_SPREAD_EV = 0.35
@@ -79,7 +80,7 @@ def sample_scene(
         prepare(cell.gender, camera, transformed(placed, posed.keypoints_m))
     seen = Seen(camera, transformed(placed, posed.vertices_m), hand.model.hand_quads())
     skin = _draw_skin(cell, shape.age_years, rng_of)
-    light = _draw_light(cell.environment, seen, skin, rng_of("light"))
+    light = _draw_light(cell.environment, seen, skin, rng_of)
     return HandScene(
         index=index,
         cell=cell,
@@ -117,12 +118,13 @@ def _draw_attempt(
 ) -> tuple[Stance, PolarView, Array, Camera]:
     stance = draw_stance(factor_rng(spec.seed, index, "stance", attempt))
     placed = hand_to_world(stance, cell)
-    lens = draw_intrinsics(spec.image, factor_rng(spec.seed, index, "lens", attempt))
     hand_m = viewed.hand_m
     middle_m = (hand_m.min(axis=0) + hand_m.max(axis=0)) / 2.0
     radius_m = float(np.linalg.norm(hand_m - middle_m, axis=1).max())
+    lens_rng = factor_rng(spec.seed, index, "lens", attempt)
+    lens, distance_m = draw_lens(cell.viewpoint, spec.image, radius_m, viewed.shares, lens_rng)
     view_rng = factor_rng(spec.seed, index, "view", attempt)
-    view = draw_view(cell.viewpoint, lens, radius_m, viewed.shares, view_rng)
+    view = draw_view(cell.viewpoint, lens, radius_m, distance_m, view_rng)
     target_m = transformed(placed, middle_m[None])[0]
     return stance, view, placed, camera_at(view, target_m, lens)
 
@@ -133,10 +135,13 @@ def _draw_skin(cell: Cell, age_years: float, rng_of: FactorRng) -> Skin:
     return replace(skin, nail_polish=polish)
 
 
-def _draw_light(environment: str, seen: Seen, skin: Skin, rng: np.random.Generator) -> Light:
+def _draw_light(environment: str, seen: Seen, skin: Skin, rng_of: FactorRng) -> Light:
+    rng = rng_of("light")
     turn_deg = float(rng.uniform(0.0, 360.0))
     base_ev = math.log2(WHITE_LEVEL / metered_light(environment, turn_deg, seen))
     base_ev += skin_lift_ev(skin.dorsum_rgb)
     most = MAX_EXPOSURE_SPREAD_EV
     spread_ev = float(np.clip(rng.normal(0.0, EXPOSURE_SPREAD_EV), -most, most))
-    return Light(environment, turn_deg, round(base_ev + spread_ev, EXPOSURE_DECIMALS))
+    adapted = draw_adaptation(rng_of("white_balance"))
+    balance = white_balance_of(colour_on_hand(environment, turn_deg, seen), adapted)
+    return Light(environment, turn_deg, round(base_ev + spread_ev, EXPOSURE_DECIMALS), balance)

@@ -59,13 +59,19 @@ class Light:
     """An environment panorama turned about the vertical, with the exposure of the picture.
 
     A world direction d looks up the panorama at longitude atan2(d.y, d.x) - rotation_z_deg in
-    Blender's equirectangular layout. The linear radiance is multiplied by 2**exposure_ev before
-    the sRGB curve.
+    Blender's equirectangular layout. The linear radiance is multiplied by `gain` before the sRGB
+    curve: 2**exposure_ev, and in each channel what the camera balances white by.
     """
 
     environment: str
     rotation_z_deg: float
     exposure_ev: float
+    white_balance: Rgb = (1.0, 1.0, 1.0)
+
+    @property
+    def gain(self) -> npt.NDArray[np.float32]:
+        """Return what radiance is multiplied by, (3,): red, green, blue."""
+        return np.float32(2.0**self.exposure_ev) * np.array(self.white_balance, dtype=np.float32)
 
 
 type Mix = tuple[tuple[Plane, float], ...]

@@ -21,7 +21,8 @@ AREA_MARGIN = 0.015
 MIN_DISTANCE_M = 0.08
 ALONG_FOREARM_DEG = 40.0
 INTO_FINGERTIPS_DEG = 20.0
-FIELD_OF_VIEW_DEG = (35.0, 65.0)
+WIDEST_FIELD_DEG = 65.0
+"""Over the shorter side: a telephone's lens. Narrower: a longer one, or a part of a picture."""
 HAND_SHARE_OF_FRAME = (0.5, 1.2)
 SLEEVED_SHARE_OF_FRAME = (0.2, 1.2)
 """A sleeve hides where the forearm was cut off, so the camera may stand further away."""
@@ -30,19 +31,23 @@ CUT_LENGTH_M = 0.02
 
 @dataclass(frozen=True)
 class ViewRange:
-    """Azimuths (either of the centres, give or take `spread_deg`) and elevations of a viewpoint."""
+    """Azimuths (either of the centres, give or take `spread_deg`), elevations and distances of a
+    viewpoint.
+    """
 
     centres_deg: tuple[float, ...]
     spread_deg: float
     elevation_deg: tuple[float, float]
+    distance_m: tuple[float, float]
 
 
 # A bystander stands beside or at an angle: who talks with somebody is seldom watched along the
-# edge of the hand.
+# edge of the hand. One's own hand is no farther than one's arm is long; nearer than a quarter of a
+# metre only few photographs are taken, and a hand is all thumb there.
 VIEW_RANGES = {
-    Viewpoint.FIRST_PERSON: ViewRange((180.0,), 30.0, (10.0, 55.0)),
-    Viewpoint.SECOND_PERSON: ViewRange((0.0,), 50.0, (-10.0, 35.0)),
-    Viewpoint.THIRD_PERSON: ViewRange((-70.0, 70.0), 35.0, (-20.0, 45.0)),
+    Viewpoint.FIRST_PERSON: ViewRange((180.0,), 30.0, (10.0, 55.0), (0.22, 0.6)),
+    Viewpoint.SECOND_PERSON: ViewRange((0.0,), 50.0, (-10.0, 35.0), (0.25, 0.9)),
+    Viewpoint.THIRD_PERSON: ViewRange((-70.0, 70.0), 35.0, (-20.0, 45.0), (0.25, 0.9)),
 }
 
 
@@ -51,33 +56,49 @@ def draw_stance(rng: np.random.Generator) -> Stance:
     return Stance(float(rng.uniform(20.0, 90.0)), float(rng.uniform(-25.0, 25.0)))
 
 
-def draw_intrinsics(image: ImageRequest, rng: np.random.Generator) -> Intrinsics:
-    """Draw a field of view over the shorter side; square pixels, centred principal point."""
+def draw_lens(
+    viewpoint: Viewpoint,
+    image: ImageRequest,
+    radius_m: float,
+    shares: tuple[float, float],
+    rng: np.random.Generator,
+) -> tuple[Intrinsics, float]:
+    """Draw from how far (metres) and with which lens a hand of this radius fills a drawn share of
+    the frame's shorter side; square pixels, centred principal point.
+
+    The lens follows from distance and share; where it would be wider than WIDEST_FIELD_DEG the
+    camera steps back.
+    """
+    distance_m = _log_uniform(rng, VIEW_RANGES[viewpoint].distance_m)
+    share = _log_uniform(rng, shares)
     side_px = min(image.width, image.height)
-    half_angle = math.radians(float(rng.uniform(*FIELD_OF_VIEW_DEG))) / 2.0
-    focal_px = side_px / 2.0 / math.tan(half_angle)
+    widest_px = side_px / 2.0 / math.tan(math.radians(WIDEST_FIELD_DEG) / 2.0)
+    focal_px = max(share * side_px * distance_m / (2.0 * radius_m), widest_px)
     centre = (image.width / 2.0, image.height / 2.0)
-    return Intrinsics(focal_px, focal_px, *centre, image.width, image.height)
+    lens = Intrinsics(focal_px, focal_px, *centre, image.width, image.height)
+    return lens, 2.0 * radius_m * focal_px / (share * side_px)
 
 
 def draw_view(
     viewpoint: Viewpoint,
     lens: Intrinsics,
     radius_m: float,
-    shares: tuple[float, float],
+    distance_m: float,
     rng: np.random.Generator,
 ) -> PolarView:
-    """Draw a camera position from which a hand of this radius fills a drawn share of the frame."""
+    """Draw where around a hand of this radius the camera stands, and how it is turned from it: as
+    far as the hand stays in the frame, or nearly.
+    """
     ranges = VIEW_RANGES[viewpoint]
     centre = ranges.centres_deg[int(rng.integers(len(ranges.centres_deg)))]
-    share = math.exp(rng.uniform(*np.log(shares)))
     side_px = min(lens.width_px, lens.height_px)
+    share = 2.0 * radius_m * lens.fx_px / (distance_m * side_px)
     field_deg = 2.0 * math.degrees(math.atan(side_px / 2.0 / lens.fx_px))
     slack_deg = field_deg * max(0.5 * (1.0 - share), 0.0) + field_deg * MAX_OUT_OF_FRAME * share
     return PolarView(
         azimuth_deg=centre + float(rng.uniform(-ranges.spread_deg, ranges.spread_deg)),
         elevation_deg=float(rng.uniform(*ranges.elevation_deg)),
-        distance_m=2.0 * radius_m * lens.fx_px / (share * side_px),
+        distance_m=distance_m,
         pitch_deg=float(rng.triangular(-slack_deg, 0.0, slack_deg)),
         yaw_deg=float(rng.triangular(-slack_deg, 0.0, slack_deg)),
         roll_deg=float(np.clip(rng.normal(0.0, 10.0), -30.0, 30.0)),
@@ -209,3 +230,7 @@ def _rotation_xyz(x_deg: float, y_deg: float, z_deg: float) -> Array:
     about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1.0]])
     rotation: Array = about_z @ about_y @ about_x
     return rotation
+
+
+def _log_uniform(rng: np.random.Generator, limits: tuple[float, float]) -> float:
+    return math.exp(float(rng.uniform(*np.log(limits))))

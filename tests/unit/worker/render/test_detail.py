@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from services.worker.hand.skinmaps.store import MapLevel
-from services.worker.render.detail import MAGNIFIED, TEXELS_PER_M, Detail, detail_for
+from services.worker.render.detail import MAGNIFIED, TEXELS_PER_M, Detail, detail_for, finer
 from services.worker.scene.types import Camera, Intrinsics
 
 AT_M = 0.5
@@ -30,3 +30,9 @@ def test_small_hands_have_neither_pattern_nor_relief() -> None:
     assert (near.pattern, near.relief) == (1.0, True)
     shares = [seen_at(pixels).pattern for pixels in (900.0, 1500.0, 2000.0, 2500.0)]
     assert shares == sorted(shares)
+
+
+def test_finer_is_one_level_up_to_the_finest() -> None:
+    levels = [finer(Detail(level, 0.5, relief=True)).level for level in MapLevel]
+    assert levels == [*list(MapLevel)[1:], MapLevel.FINE]
+    assert finer(seen_at(4000.0)).pattern == 1.0

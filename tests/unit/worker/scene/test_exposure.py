@@ -16,6 +16,7 @@ from services.worker.scene.colour import lab_to_linear_rgb
 from services.worker.scene.environments import LUMINANCE, load_panorama, mean_luminance
 from services.worker.scene.exposure import (
     Seen,
+    colour_on_hand,
     lamps_of,
     light_on_hand,
     metered_light,
@@ -48,6 +49,7 @@ def test_lamps_have_the_panoramas_light(environment: str) -> None:
     assert np.allclose(np.linalg.norm(lamps.directions, axis=1), 1.0)
     mean = float(lamps.irradiance.sum()) / (4.0 * math.pi)
     assert mean == pytest.approx(mean_luminance(environment), rel=1e-3)
+    assert np.allclose(lamps.irradiance_rgb @ LUMINANCE, lamps.irradiance)
 
 
 def test_opposite_sides_share_all_the_light() -> None:
@@ -121,3 +123,12 @@ def test_a_hand_seen_from_its_bright_side_is_exposed_less() -> None:
         quads=np.array([[0, 1, 2, 3], [4, 5, 6, 7]], dtype=np.int32),
     )
     assert light_on_hand("sunset", 0.0, both) == pytest.approx(light_on_hand("sunset", 0.0, dark))
+
+
+def test_light_from_the_sun_is_warmer_than_from_the_rest_of_the_sky() -> None:
+    lamps = lamps_of("sunset")
+    sun = lamps.directions[lamps.irradiance.argmax()]
+    towards, away = (colour_on_hand("sunset", 0.0, _square_facing(s * sun)) for s in (1.0, -1.0))
+    assert float(np.dot(towards, LUMINANCE)) == pytest.approx(1.0)
+    assert float(np.dot(away, LUMINANCE)) == pytest.approx(1.0)
+    assert towards[0] / towards[2] > 1.2 * away[0] / away[2]
