@@ -1,6 +1,6 @@
 """How much of a skin a picture can hold: by how large the hand is in it, and by nothing else."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,12 @@ class Detail:
     level: MapLevel
     pattern: float
     relief: bool
+
+
+def finer(detail: Detail) -> Detail:
+    """Return the same with the next finer maps, for what has hard edges: painted nails."""
+    levels = list(MapLevel)
+    return replace(detail, level=levels[min(levels.index(detail.level) + 1, len(levels) - 1)])
 
 
 def detail_for(camera: Camera, keypoints_m: npt.NDArray[np.float64]) -> Detail:

@@ -32,6 +32,7 @@ BESIDE_M = 0.0012
 MOST_STEP_DEG = 5.0
 STEP_DEG = 0.25
 SOLVED_COST, LEAST_GAIN, MOST_DAMPING = 1e-3, 1e-3, 1e3
+FINGER_SLACK_DEG = {"mcp_flex": 1.0, "mcp_abd": 6.0, "pip_flex": 6.0, "dip_flex": 12.0}
 COUPLING_DEG = 6.0
 DIP_SHARE = (0.4, 0.8)
 
@@ -62,10 +63,14 @@ class _Rows:
 
 def preference_deg() -> F8:
     """(26,) how far each angle may leave the table at equal cost."""
-    narrow = {"cmc4_flex": 3.0, "cmc5_flex": 3.0, "thumb_cmc_pronation": 5.0}
-    return np.array(
-        [3.0 if name.endswith("mcp_abd") else narrow.get(name, 6.0) for name in ANGLE_NAMES]
-    )
+    return np.array([_slack_deg(name) for name in ANGLE_NAMES])
+
+
+def _slack_deg(name: str) -> float:
+    """Knuckles stay in their line, by which a fist is known; the joints beyond them make room."""
+    if name.startswith(FINGERS):
+        return FINGER_SLACK_DEG[name.split("_", 1)[1]]
+    return {"cmc4_flex": 3.0, "cmc5_flex": 3.0, "thumb_cmc_pronation": 5.0}.get(name, 6.0)
 
 
 def solved(body: Body, task: Task, start_deg: F8, steps: int) -> F8:

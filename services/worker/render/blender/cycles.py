@@ -13,7 +13,7 @@ from services.worker.render.blender.material import new_skin_material
 from services.worker.render.blender.ornaments import OrnamentRack
 from services.worker.render.blender.skin_images import SkinImageShelf
 from services.worker.render.blender.world import new_world
-from services.worker.render.detail import Detail, detail_for
+from services.worker.render.detail import Detail, detail_for, finer
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
@@ -77,7 +77,9 @@ class CyclesRenderer:
         self._shelf.show(images)
 
     def _detail(self, scene: HandScene, geometry: SceneGeometry) -> Detail:
-        return detail_for(scene.camera, geometry.keypoints_m)
+        detail = detail_for(scene.camera, geometry.keypoints_m)
+        polish = scene.skin.nail_polish
+        return detail if polish is None or polish.rgb is None else finer(detail)
 
     def _light(self, light: Light) -> None:
         self._world.light(light)
