@@ -7,7 +7,10 @@ import pytest
 
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import parse_spec
+from services.worker.hand.skin import posed_hand
 from services.worker.places.develop import LUMINANCE
+from services.worker.scene.exposure import Seen, colour_on_hand
+from services.worker.scene.geometry import transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.sampling import sample_scene
 from services.worker.scene.types import Light, Rgb
@@ -58,12 +61,19 @@ def test_gain_is_exposure_times_balance() -> None:
     assert light.gain.tolist() == [1.0, 2.0, 4.0]
 
 
-def test_what_is_drawn_is_recorded_with_the_light(tmp_path: Path) -> None:
-    document = {"count": 4, "seed": 3, "attributes": {"environment": ["interior"]}}
+def test_each_camera_takes_out_its_own_share_of_the_light_on_the_hand(tmp_path: Path) -> None:
+    document = {"count": 6, "seed": 3, "attributes": {"environment": ["sunset", "courtyard"]}}
     spec = parse_spec(document | {"image": {"width": 64, "height": 64}})
     hands = HandLibrary(tmp_path)
-    scenes = [sample_scene(spec, Plan.of(spec), index, hands) for index in range(4)]
-    balances = [scene.light.white_balance for scene in scenes]
-    assert len(set(balances)) == 4
-    # A room by lamplight is warm: its red is turned down, its blue up.
-    assert all(red < 1.0 < blue for red, _, blue in balances)
+    shares = []
+    for index in range(spec.count):
+        scene = sample_scene(spec, Plan.of(spec), index, hands)
+        model = hands.hand(scene.cell.gender, scene.cell.handedness, scene.shape).model
+        vertices_m = transformed(scene.hand_to_world, posed_hand(model, scene.angles).vertices_m)
+        light, seen = scene.light, Seen(scene.camera, vertices_m, model.hand_quads())
+        white = np.array(colour_on_hand(light.environment, light.rotation_z_deg, seen))
+        shown = white * light.white_balance
+        shares.append(1.0 - float(np.log(shown[2] / shown[0]) / np.log(white[2] / white[0])))
+    low, high = ADAPTED
+    assert all(low - 0.02 < share < high + 0.02 for share in shares)
+    assert max(shares) - min(shares) > 0.05
