@@ -1,5 +1,6 @@
 """How much of a skin a picture can hold: by how large the hand is in it, and by nothing else."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,16 +10,16 @@ from services.worker.hand.maps import smoothstep
 from services.worker.hand.skinmaps.store import MapLevel
 from services.worker.scene.types import Camera
 
-TEXELS_PER_M = {
-    MapLevel.TINY: 750.0,
-    MapLevel.COARSE: 1500.0,
-    MapLevel.MEDIUM: 3000.0,
-    MapLevel.FINE: 6000.0,
+MOST_PX_PER_M = {
+    MapLevel.TINY: 1800.0,
+    MapLevel.COARSE: 5600.0,
+    MapLevel.MEDIUM: 7200.0,
+    MapLevel.FINE: math.inf,
 }
-"""About how many texels of a level lie along a metre of skin."""
-MAGNIFIED = 2.4
-"""A texel may be seen this many pixels wide before a finer level is worth its cost. The finest
-take longest to compile, and a camera's softness leaves little of them in pictures of 640."""
+"""How large a hand may be in the picture before a finer level is worth its cost. The levels have
+about 750, 1500, 3000 and 6000 texels a metre: a texel is seen up to 2.4 pixels wide, where a nail
+must not be a stair; up to 3.7 where only folds are lost to it, which a camera's softness takes
+anyhow (looked at side by side), and the next level takes seconds to compile."""
 PATTERN_PX_PER_M = (1000.0, 2400.0)
 """Lines a millimetre apart are lost where a millimetre is one pixel, and whole at 2.4 pixels."""
 RELIEF_PX_PER_M = 700.0
@@ -43,14 +44,11 @@ def finer(detail: Detail) -> Detail:
 def detail_for(camera: Camera, keypoints_m: npt.NDArray[np.float64]) -> Detail:
     """Return what of the skin is worth drawing where the hand is.
 
-    The level is the coarsest whose texels are no wider than MAGNIFIED pixels.
+    The level is the coarsest that a hand of this size allows.
     """
     homogeneous = np.c_[keypoints_m, np.ones(len(keypoints_m))]
     depths_m = np.einsum("j,nj->n", camera.world_to_camera[2], homogeneous)
     pixels_per_m = camera.intrinsics.fx_px / max(float(np.median(depths_m)), 1e-3)
-    level = next(
-        (level for level in MapLevel if pixels_per_m <= MAGNIFIED * TEXELS_PER_M[level]),
-        MapLevel.FINE,
-    )
+    level = next(level for level in MapLevel if pixels_per_m <= MOST_PX_PER_M[level])
     pattern = float(smoothstep(*PATTERN_PX_PER_M, np.array(pixels_per_m)))
     return Detail(level, pattern, pixels_per_m >= RELIEF_PX_PER_M)

@@ -103,7 +103,7 @@ def test_an_outline_of_few_samples_is_evened_and_colours_stay() -> None:
 def test_a_half_covered_pixel_is_half_way_however_bright_the_window(window: float) -> None:
     coverage = np.linspace(0.0, 1.0, 11, dtype=np.float32)
     rgba = np.stack([0.6 * coverage] * 3 + [coverage], axis=-1)[None]
-    gain = np.float32(2.0)
+    gain = np.full(3, 2.0, dtype=np.float32)
     behind = shoulder(np.full((1, 11, 3), window, dtype=np.float32) * gain)
     seen = over(bent_layer(rgba, gain), behind)[0, :, 0]
     hand = float(shoulder(np.array([1.2], dtype=np.float32))[0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from services.worker.hand.skinmaps.store import MapLevel
-from services.worker.render.detail import MAGNIFIED, TEXELS_PER_M, Detail, detail_for, finer
+from services.worker.render.detail import MOST_PX_PER_M, Detail, detail_for, finer
 from services.worker.scene.types import Camera, Intrinsics
 
 AT_M = 0.5
@@ -17,11 +17,15 @@ def seen_at(pixels_per_m: float) -> Detail:
     return detail_for(camera, keypoints_m)
 
 
-@pytest.mark.parametrize("level", list(MapLevel))
-def test_texels_are_hardly_wider_than_pixels(level: MapLevel) -> None:
-    most = MAGNIFIED * TEXELS_PER_M[level]
+@pytest.mark.parametrize("level", list(MapLevel)[:-1])
+def test_a_level_reaches_as_far_as_its_texels_do(level: MapLevel) -> None:
+    most = MOST_PX_PER_M[level]
     assert seen_at(0.999 * most).level is level
-    assert seen_at(1.001 * most).level is not level or level is MapLevel.FINE
+    assert seen_at(1.001 * most).level == 2 * level
+
+
+def test_the_largest_hands_have_the_finest_maps() -> None:
+    assert seen_at(50_000.0).level is MapLevel.FINE
 
 
 def test_small_hands_have_neither_pattern_nor_relief() -> None:
