@@ -12,14 +12,14 @@ from services.worker.scene.types import Camera
 
 MOST_PX_PER_M = {
     MapLevel.TINY: 1800.0,
-    MapLevel.COARSE: 5600.0,
+    MapLevel.COARSE: 3600.0,
     MapLevel.MEDIUM: 7200.0,
     MapLevel.FINE: math.inf,
 }
 """How large a hand may be in the picture before a finer level is worth its cost. The levels have
-about 750, 1500, 3000 and 6000 texels a metre: a texel is seen up to 2.4 pixels wide, where a nail
-must not be a stair; up to 3.7 where only folds are lost to it, which a camera's softness takes
-anyhow (looked at side by side), and the next level takes seconds to compile."""
+about 750, 1500, 3000 and 6000 texels a metre, and a texel is seen up to 2.4 pixels wide: wider ones
+make a stair of a nail's border and a grid of the folds over a knuckle. The next level takes seconds
+to compile."""
 PATTERN_PX_PER_M = (1000.0, 2400.0)
 """Lines a millimetre apart are lost where a millimetre is one pixel, and whole at 2.4 pixels."""
 RELIEF_PX_PER_M = 700.0

@@ -36,7 +36,7 @@ def solved_pose_deg(body: Body, pose: Pose, table_deg: Array, start_deg: Array |
 
     The best of several descents by what measure.py finds of the posed hand.
     """
-    task = Task(table_deg, TOUCHES.get(pose, ()), preference_deg())
+    task = Task(table_deg, TOUCHES.get(pose, ()), preference_deg(table_deg))
     first = table_deg if start_deg is None else start_deg
     best, least = first, measured_m(body, task, first) if start_deg is not None else np.inf
     for turn in range(1 + STARTS):
