@@ -1,13 +1,9 @@
 """Solves the contacts of a pose for one hand: what the file of solved poses is made of."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.vocabulary import Pose
-from services.worker.hand.angles import ANGLE_NAMES
-from services.worker.hand.bones import FINGERS
 from services.worker.hand.contact.body import Body
 from services.worker.hand.contact.measure import gap_m, self_penetration
 from services.worker.hand.contact.solver import FREE, Task, preference_deg, solved
@@ -22,13 +18,10 @@ SHAPES: tuple[tuple[str, HandShape], ...] = (("average", HandShape.average()), *
 FIRST_STEPS, NEXT_STEPS = 30, 12
 
 
-GOOD_M = 0.0011
+GOOD_M = 0.0009
 """Gaps and depths below this, as measured, end the search; the bound is 1.5 mm."""
 STARTS, START_SPREAD_DEG = 6, 5.0
 """Fresh starts about the first, for hands that a descent does not bring to touch."""
-LOOSER_A_TURN = 0.5
-"""Each holds fingers less to the table than the one before: thick ones close to no tight fist."""
-OF_FINGERS = np.array([name.startswith(FINGERS) for name in ANGLE_NAMES])
 
 
 def solved_pose_deg(body: Body, pose: Pose, table_deg: Array, start_deg: Array | None) -> Array:
@@ -36,7 +29,7 @@ def solved_pose_deg(body: Body, pose: Pose, table_deg: Array, start_deg: Array |
 
     The best of several descents by what measure.py finds of the posed hand.
     """
-    task = Task(table_deg, TOUCHES.get(pose, ()), preference_deg(table_deg))
+    task = Task(table_deg, TOUCHES.get(pose, ()), preference_deg())
     first = table_deg if start_deg is None else start_deg
     best, least = first, measured_m(body, task, first) if start_deg is not None else np.inf
     for turn in range(1 + STARTS):
@@ -45,8 +38,7 @@ def solved_pose_deg(body: Body, pose: Pose, table_deg: Array, start_deg: Array |
         steps = FIRST_STEPS if start_deg is None or turn else NEXT_STEPS
         rng = factor_rng(0, turn, f"start/{pose}")
         spread = START_SPREAD_DEG * rng.standard_normal(len(first)) * FREE
-        looser = replace(task, slack_deg=task.slack_deg * (1.0 + LOOSER_A_TURN * turn * OF_FINGERS))
-        found = solved(body, looser, first + (spread if turn else 0.0), steps)
+        found = solved(body, task, first + (spread if turn else 0.0), steps)
         if (worst := measured_m(body, task, found)) < least:
             best, least = found, worst
     return np.round(best, 2)
