@@ -1,4 +1,4 @@
-"""Which side of the hand a picture shows: what the found share depends on most."""
+"""Which side of the hand a picture shows, and from how far: what the found share depends on."""
 
 import numpy as np
 
@@ -9,6 +9,19 @@ EDGE_BELOW = 0.5
 """Cosine between the palm's normal and the way to the camera: within 30° of edge on."""
 WRIST, FORE, PINKY = (KEYPOINTS.index(n) for n in ("wrist", "forefinger1", "pinky_finger1"))
 KNUCKLES = [KEYPOINTS.index(f"{n}_finger1") for n in ("middle", "ring")] + [WRIST, FORE, PINKY]
+NEAR_M = (0.25, 0.35, 0.5)
+"""Distances that part near views from far ones."""
+
+
+def distance(label: ImageLabel) -> str:
+    """Return the range that the hand's distance from the camera lies in, metres."""
+    if label.keypoints is None:
+        raise ValueError(f"{label.file_name} has no keypoints.")
+    away_m = float(np.median(np.array([point.camera_m for point in label.keypoints])[:, 2]))
+    for nearer_m in NEAR_M:
+        if away_m < nearer_m:
+            return f"under {nearer_m} m"
+    return f"{NEAR_M[-1]} m or more"
 
 
 def facing(label: ImageLabel) -> str:

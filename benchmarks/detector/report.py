@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
-from benchmarks.detector.facing import facing
+from benchmarks.detector.facing import distance, facing
 from benchmarks.detector.score import Judged, Score, Share, by_group, errors_by_keypoint, score
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.vocabulary import KEYPOINTS, Attribute
@@ -66,7 +66,9 @@ def tone_gap(images: Sequence[Judged]) -> float:
 
 
 def _groupings() -> dict[str, Callable[[ImageLabel], str]]:
-    return {"facing": facing} | {attribute.value: _reader(attribute) for attribute in GROUPS}
+    return {"facing": facing, "distance": distance} | {
+        attribute.value: _reader(attribute) for attribute in GROUPS
+    }
 
 
 def _reader(attribute: Attribute) -> Callable[[ImageLabel], str]:

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from benchmarks.detector.facing import facing
+from benchmarks.detector.facing import distance, facing
 from benchmarks.detector.protocol import is_judged
 from benchmarks.detector.report import as_json, in_words, tone_gap
 from benchmarks.detector.score import Finding, Judged, Share, by_group, score
@@ -115,3 +115,13 @@ def test_facing_is_the_side_turned_to_the_camera(turn_deg: float, side: str, exp
         points.append(point.model_copy(update={"camera_m": where}))
     attributes = {**ATTRIBUTES, Attribute.HANDEDNESS: side}
     assert facing(_label(keypoints=tuple(points), attributes=attributes)) == expected
+
+
+@pytest.mark.parametrize(
+    ("away_m", "expected"),
+    [(0.2, "under 0.25 m"), (0.3, "under 0.35 m"), (0.4, "under 0.5 m"), (0.5, "0.5 m or more")],
+)
+def test_distance_is_that_of_the_middle_of_the_hand(away_m: float, expected: str) -> None:
+    away = {"camera_m": (0.0, 0.0, away_m)}
+    points = tuple(keypoint(number).model_copy(update=away) for number in range(21))
+    assert distance(_label(keypoints=points)) == expected
