@@ -15,6 +15,8 @@ import numpy as np
 
 from services.worker.hand.asset import F8, I4
 from services.worker.hand.bones import BONE_INDEX, BONES
+from services.worker.hand.model import HandModel
+from services.worker.hand.parts import PARTS, HandPart
 from services.worker.hand.rest import DIGITS
 from services.worker.hand.rotation import unit
 from services.worker.hand.subdivide import Subdivision
@@ -22,6 +24,10 @@ from services.worker.hand.surface import Section, limb_chord, limb_section, ray_
 
 TIP_DEPTH_M = 0.004
 """How far inside the end of the finger its tip keypoint lies."""
+TIPS = (4, 8, 12, 16, 20)
+TIP_PARTS = tuple(HandPart(f"{digit}_distal") for digit in DIGITS)
+TIP_FLESH_M = 0.004
+"""Standard deviation of how far the flesh about a tip reaches."""
 WRIST_BEYOND_M = 0.005
 """The proximal pole of the capitate lies level with the radial styloid, its centre 5 mm beyond."""
 TRAPEZIUM = np.array([0.94, 0.78, 1.0])
@@ -40,6 +46,16 @@ _SEGMENTS = {
     finger: tuple(f"{finger}_{s}" for s in ("metacarpal", "proximal", "middle", "distal"))
     for finger in DIGITS[1:]
 }
+
+
+def tip_flesh(model: HandModel) -> F8:
+    """(5,V): the flesh about each digit's tip keypoint, rows sum to 1: where it is pressed flat, the
+    tip moves with it. Joints lie between bones, which nothing presses.
+    """
+    away_m = np.linalg.norm(model.keypoints_m[list(TIPS), None] - model.vertices_m, axis=2)
+    segments = np.array([PARTS.index(part) for part in TIP_PARTS])
+    share = np.exp(-0.5 * (away_m / TIP_FLESH_M) ** 2) * (model.part == segments[:, None])
+    return share / share.sum(axis=1, keepdims=True)
 
 
 def keypoint_weights() -> F8:

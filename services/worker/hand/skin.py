@@ -8,6 +8,7 @@ import numpy as np
 from services.worker.hand.angles import JointAngles
 from services.worker.hand.contact.folds import folded
 from services.worker.hand.corrective import corrected_m
+from services.worker.hand.keypoints import TIPS, tip_flesh
 from services.worker.hand.model import F8, HandModel
 from services.worker.hand.pose import posed_bones
 from services.worker.hand.rotation import matrices, quaternions, unit
@@ -34,11 +35,11 @@ def posed_hand(model: HandModel, angles: JointAngles) -> PosedHand:
     takes a tenth of a second.
     """
     bones = posed_bones(model, angles)
-    return PosedHand(
-        pressed(model, unpressed(model, angles, bones)),
-        blended(model.keypoints_m, model.keypoint_weights, bones),
-        bones,
-    )
+    carried_m = unpressed(model, angles, bones)
+    vertices_m = pressed(model, carried_m)
+    keypoints_m = blended(model.keypoints_m, model.keypoint_weights, bones)
+    keypoints_m[list(TIPS)] += np.einsum("tv,vk->tk", tip_flesh(model), vertices_m - carried_m)
+    return PosedHand(vertices_m, keypoints_m, bones)
 
 
 def unpressed(model: HandModel, angles: JointAngles, bones: F8) -> F8:

@@ -32,6 +32,10 @@ BESIDE_M = 0.0012
 MOST_STEP_DEG = 5.0
 STEP_DEG = 0.25
 SOLVED_COST, LEAST_GAIN, MOST_DAMPING = 1e-3, 1e-3, 1e3
+OPEN_SLACK_DEG = {"mcp_flex": 6.0, "mcp_abd": 3.0, "pip_flex": 6.0, "dip_flex": 6.0}
+CLOSED_SLACK_DEG = {"mcp_flex": 1.0, "mcp_abd": 6.0, "pip_flex": 6.0, "dip_flex": 12.0}
+"""Knuckles stay in their line, by which a fist is known; the joints beyond them make room."""
+CLOSED_MCP_DEG, CLOSED_PIP_DEG = 60.0, 70.0
 COUPLING_DEG = 6.0
 DIP_SHARE = (0.4, 0.8)
 
@@ -60,11 +64,24 @@ class _Rows:
     scale: F8
 
 
-def preference_deg() -> F8:
-    """(26,) how far each angle may leave the table at equal cost."""
+def preference_deg(table_deg: F8) -> F8:
+    """(26,) how far each angle may leave the table's (26,) at equal cost."""
+    slack = CLOSED_SLACK_DEG if _is_closed(table_deg) else OPEN_SLACK_DEG
     narrow = {"cmc4_flex": 3.0, "cmc5_flex": 3.0, "thumb_cmc_pronation": 5.0}
     return np.array(
-        [3.0 if name.endswith("mcp_abd") else narrow.get(name, 6.0) for name in ANGLE_NAMES]
+        [
+            slack[name.split("_", 1)[1]] if name.startswith(FINGERS) else narrow.get(name, 6.0)
+            for name in ANGLE_NAMES
+        ]
+    )
+
+
+def _is_closed(table_deg: F8) -> bool:
+    """Whether a finger is closed into the palm."""
+    return any(
+        table_deg[ANGLE_INDEX[f"{finger}_mcp_flex"]] >= CLOSED_MCP_DEG
+        and table_deg[ANGLE_INDEX[f"{finger}_pip_flex"]] >= CLOSED_PIP_DEG
+        for finger in FINGERS
     )
 
 

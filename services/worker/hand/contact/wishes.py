@@ -42,8 +42,11 @@ def _locked(*held: HandPart) -> tuple[Touch, ...]:
     return (Touch(thumb, held, pads=False),)
 
 
-_OVER_TWO = (HandPart.INDEX_MIDDLE, HandPart.MIDDLE_MIDDLE)
-_FIST = (*_curled(*FINGERS), *_locked(*_OVER_TWO))
+_OVER_TWO = (
+    *_locked(HandPart.INDEX_MIDDLE),
+    Touch(_tip("thumb"), (HandPart.MIDDLE_MIDDLE,), pads=False),
+)
+_FIST = (*_curled(*FINGERS), *_OVER_TWO)
 _HORNS = (*_curled("middle", "ring"), *_locked(HandPart.MIDDLE_MIDDLE, HandPart.RING_MIDDLE))
 _TUCK = (Touch(_tip("thumb"), (HandPart.PALM,)),)
 
