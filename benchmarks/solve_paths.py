@@ -17,7 +17,7 @@ import numpy as np
 
 from hi5_common.domain.vocabulary import Gender, Pose
 from hi5_common.settings import Settings
-from services.worker.hand.contact.overlap import Search, Skin, overlaps
+from services.worker.hand.contact.overlap import RestSkin, Search, Skin, overlaps
 from services.worker.hand.family import load_family
 from services.worker.hand.model import HandModel
 from services.worker.hand.pose import posed_bones
@@ -92,9 +92,8 @@ def _model(cache_dir: Path, gender: Gender) -> HandModel:
 
 
 @cache
-def _rest(cache_dir: Path, gender: Gender) -> Skin:
-    model = _model(cache_dir, gender)
-    return Skin.of(model.vertices_m, model.quads)
+def _rest(cache_dir: Path, gender: Gender) -> RestSkin:
+    return RestSkin.control(_model(cache_dir, gender))
 
 
 @cache

@@ -1,70 +1,76 @@
-"""The `hi5` command: every subcommand by name, and what becomes of an error."""
+"""The `hi5` command: every subcommand by name, and what becomes of an error.
+
+Only the module of the command that was asked for is imported: `hi5 render` needs no HTTP client,
+and a second of imports is felt.
+"""
 
 import sys
+from collections.abc import Sequence
+from importlib import import_module
 
 import pydantic
 import typer
 
 from hi5_common.cli import failures
-from hi5_common.cli.commands import (
-    assets,
-    audit,
-    balance,
-    clip,
-    demo,
-    doctor,
-    download,
-    export,
-    gallery,
-    listing,
-    manifest,
-    migrate,
-    plan,
-    render,
-    steer,
-    submit,
-    up,
-    vocabulary,
-    watch,
-)
 from hi5_common.domain.errors import Hi5Error
 
-app = typer.Typer(
-    name="hi5",
-    help="Balanced, fully labelled synthetic hand-pose datasets.",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+COMMANDS = {
+    "plan": "plan.plan",
+    "schema": "vocabulary.schema",
+    "vocabulary": "vocabulary.vocabulary",
+    "render": "render.render",
+    "clip": "clip.clip",
+    "gallery": "gallery.gallery",
+    "up": "up.up",
+    "submit": "submit.submit",
+    "watch": "watch.watch",
+    "list": "listing.list_datasets",
+    "manifest": "manifest.manifest",
+    "balance": "balance.balance",
+    "cancel": "steer.cancel",
+    "retry": "steer.retry",
+    "delete": "steer.delete",
+    "download": "download.download",
+    "export": "export.app",
+    "assets": "assets.app",
+    "audit": "audit.audit",
+    "migrate": "migrate.migrate",
+    "doctor": "doctor.doctor",
+    "demo": "demo.demo",
+}
+"""Where each command is, in hi5_common.cli.commands, in the order of the help."""
 
-app.command("plan")(plan.plan)
-app.command("schema")(vocabulary.schema)
-app.command("vocabulary")(vocabulary.vocabulary)
-app.command("render")(render.render)
-app.command("clip")(clip.clip)
-app.command("gallery")(gallery.gallery)
-app.command("up")(up.up)
-app.command("submit")(submit.submit)
-app.command("watch")(watch.watch)
-app.command("list")(listing.list_datasets)
-app.command("manifest")(manifest.manifest)
-app.command("balance")(balance.balance)
-app.command("cancel")(steer.cancel)
-app.command("retry")(steer.retry)
-app.command("delete")(steer.delete)
-app.command("download")(download.download)
-app.add_typer(export.app, name="export")
-app.add_typer(assets.app, name="assets")
-app.command("audit")(audit.audit)
-app.command("migrate")(migrate.migrate)
-app.command("doctor")(doctor.doctor)
-app.command("demo")(demo.demo)
+
+def command_line(arguments: Sequence[str]) -> typer.Typer:
+    """Return the command line with the one command that the arguments begin with, or with all."""
+    first = arguments[0] if arguments else None
+    names = [first] if first in COMMANDS else list(COMMANDS)
+    app = typer.Typer(
+        name="hi5",
+        help="Balanced, fully labelled synthetic hand-pose datasets.",
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_no_command)  # a command line of one command alone would not take its name
+    for name in names:
+        module, attribute = COMMANDS[name].split(".")
+        command = getattr(import_module(f"hi5_common.cli.commands.{module}"), attribute)
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name)
+        else:
+            app.command(name)(command)
+    return app
+
+
+def _no_command() -> None:
+    """What belongs to no command: nothing."""
 
 
 def main() -> None:
     """Run the command line; a mistake of the user's ends in words, never in a traceback."""
     try:
-        app()
+        command_line(sys.argv[1:])()
     except Hi5Error as error:
         sys.exit(failures.report(error))
     except pydantic.ValidationError as error:

@@ -49,8 +49,9 @@ _SEGMENTS = {
 
 
 def tip_flesh(model: HandModel) -> F8:
-    """(5,V): the flesh about each digit's tip keypoint, rows sum to 1: where it is pressed flat, the
-    tip moves with it. Joints lie between bones, which nothing presses.
+    """(5,V): the flesh about each digit's tip keypoint, rows sum to 1.
+
+    Where it is pressed flat the tip moves with it; joints lie between bones, which nothing presses.
     """
     away_m = np.linalg.norm(model.keypoints_m[list(TIPS), None] - model.vertices_m, axis=2)
     segments = np.array([PARTS.index(part) for part in TIP_PARTS])

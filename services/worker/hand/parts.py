@@ -29,6 +29,12 @@ PARTS: tuple[HandPart, ...] = tuple(HandPart)
 """Index in this tuple is the value of `HandModel.part`."""
 
 _P = HandPart
+_DIGIT_NAMES = ("thumb", "index", "middle", "ring", "pinky")
+DIGIT_OF_PART: dict[HandPart, int] = {
+    part: next((n for n, name in enumerate(_DIGIT_NAMES, 1) if part.startswith(name)), 0)
+    for part in HandPart
+}
+"""0 for forearm and palm, 1 for the thumb to 5 for the little finger."""
 
 
 def _finger(

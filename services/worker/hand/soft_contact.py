@@ -17,6 +17,7 @@ from hi5_common.domain.vocabulary import Handedness
 from services.worker.hand.contact.overlap import (
     Mask,
     Overlaps,
+    RestSkin,
     Search,
     Skin,
     candidates,
@@ -46,12 +47,11 @@ def pressed(model: HandModel, vertices_m: F8) -> F8:
 
     A hand that touches itself nowhere is returned unchanged.
     """
+    rest = _right_at_rest(model)
     if model.handedness is Handedness.LEFT:  # so that a left hand is a right one bit for bit
-        quads = np.ascontiguousarray(model.quads[:, ::-1])
-        right = _Rest(model.vertices_m * _MIRROR, quads, model.forearm)
-        left: F8 = _pressed(right, vertices_m * _MIRROR) * _MIRROR
+        left: F8 = _pressed(rest, vertices_m * _MIRROR) * _MIRROR
         return left
-    return _pressed(_Rest(model.vertices_m, model.quads, model.forearm), vertices_m)
+    return _pressed(rest, vertices_m)
 
 
 _MIRROR = np.array([-1.0, 1.0, 1.0])
@@ -59,26 +59,35 @@ _MIRROR = np.array([-1.0, 1.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class _Rest:
-    """A right hand at rest: vertices (V,3), quads (F,4), and which vertices (V,) are forearm."""
+    """A right hand unposed."""
 
-    vertices_m: F8
-    quads: I4
-    forearm: Mask
+    topology: "_Topology"
+    control: RestSkin
+    fine: RestSkin
+    hand: I8
+    """Control vertices that are not forearm."""
 
 
-def _pressed(model: _Rest, vertices_m: F8) -> F8:
-    topology = _topology(len(vertices_m), model.quads.tobytes())
-    active = _active(model, vertices_m, topology.quads)
+@lru_cache(maxsize=2)
+def _right_at_rest(model: HandModel) -> _Rest:
+    right = model if model.handedness is Handedness.RIGHT else model.mirrored()
+    topology = _topology(len(right.vertices_m), right.quads.tobytes())
+    fine = RestSkin.subdivided(topology.fine, right)
+    return _Rest(topology, RestSkin.control(right), fine, np.flatnonzero(~right.forearm))
+
+
+def _pressed(rest: _Rest, vertices_m: F8) -> F8:
+    topology = rest.topology
+    active = _active(rest, vertices_m)
     if not active.any():
         return vertices_m
     patch = topology.patch(active)
-    rest = Skin.smooth(topology.fine, model.vertices_m)
     shift = np.zeros_like(vertices_m)
     near = None
     for turn, share in enumerate(SMOOTHING):
         skin = Skin.smooth(topology.fine, vertices_m + shift)
         if near is None or turn in SEARCHED_ROUNDS:
-            near = candidates(skin, rest, patch.rows, FINE)
+            near = candidates(skin, rest.fine, patch.rows, FINE)
         pairs = near.measured(skin, FINE)
         if not (pairs.depth > LIGHT_M).any():
             break
@@ -96,11 +105,10 @@ def _capped(shift: F8, most: float) -> F8:
     return capped
 
 
-def _active(model: _Rest, vertices_m: F8, quads: I4) -> Mask:
+def _active(rest: _Rest, vertices_m: F8) -> Mask:
     """Control vertices (V,) that lie near skin that faces them."""
-    hand = np.flatnonzero(~model.forearm)
-    posed, rest = Skin.of(vertices_m, quads), Skin.of(model.vertices_m, quads)
-    pairs = overlaps(posed, rest, hand, COARSE)
+    posed = Skin.of(vertices_m, rest.topology.quads)
+    pairs = overlaps(posed, rest.control, rest.hand, COARSE)
     active = np.zeros(len(vertices_m), np.bool_)
     active[pairs.point] = active[pairs.cover] = True
     return active

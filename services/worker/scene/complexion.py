@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from services.worker.hand.skinmaps.planes import Plane
+from services.worker.scene.monotone import monotone_cubic
 from services.worker.scene.types import Layer, Mix, Pigment, Relief, Rgb
 
 ANCHOR_ITA_DEG = (-90.0, -80.0, -30.0, 10.0, 28.0, 41.0, 55.0, 70.0)
@@ -129,8 +129,8 @@ def relief_of(age_years: float, own: Individual) -> Relief:
 
 
 def interpolated(ita_deg: float, values: tuple[float, ...]) -> float:
-    """Interpolate values at the anchors by a monotone cubic (Fritsch and Carlson 1980)."""
-    return float(PchipInterpolator(ANCHOR_ITA_DEG, values)(ita_deg))
+    """Interpolate values at the anchors by a monotone cubic."""
+    return monotone_cubic(ita_deg, ANCHOR_ITA_DEG, values)
 
 
 def _pair(first: Plane, second: Plane, weights: tuple[float, float], factor: float) -> Mix:

@@ -7,7 +7,7 @@ import numpy as np
 from hi5_common.domain.vocabulary import Pose
 from services.worker.hand.angles import ANGLE_INDEX, ANGLE_NAMES, JointAngles
 from services.worker.hand.bones import FINGERS
-from services.worker.hand.contact.overlap import Search, Skin, overlaps
+from services.worker.hand.contact.overlap import RestSkin, Search, Skin, overlaps
 from services.worker.hand.contact.wishes import TOUCHES
 from services.worker.hand.model import HandModel
 from services.worker.hand.pose import posed_bones
@@ -105,7 +105,8 @@ def drawn_noise_deg(free: Freedom, rng: np.random.Generator) -> Array:
 def _depth_m(model: HandModel, angles: JointAngles) -> float:
     """An estimate of how deep flesh overlaps before it is pressed, on the control mesh."""
     skin_m = unpressed(model, angles, posed_bones(model, angles))
-    posed, rest = Skin.of(skin_m, model.quads), Skin.of(model.vertices_m, model.quads)
+    posed = Skin.of(skin_m, model.quads)
+    rest = RestSkin.control(model)
     return float(
         overlaps(posed, rest, np.flatnonzero(~model.forearm), SEARCH).depth.max(initial=0.0)
     )

@@ -10,8 +10,6 @@ light dies away over the same length.
 import math
 from collections.abc import Callable
 
-from scipy.optimize import brentq
-
 from services.worker.scene.types import Rgb
 
 REDUCED_SCATTERING_PER_MM: Rgb = (2.11, 2.55, 3.40)
@@ -66,5 +64,14 @@ def _dipole_albedo(alpha: float) -> float:
 
 
 def _root(of: Callable[[float], float]) -> float:
-    """Return where a function crosses zero between 0 and 1."""
-    return float(brentq(of, _LEAST, 1.0 - _LEAST, xtol=1e-12))
+    """Return where a function crosses zero between 0 and 1, by halving: to the last digit.
+
+    ValueError when it does not cross. (scipy's optimize would cost each process a second.)
+    """
+    low, high = _LEAST, 1.0 - _LEAST
+    rising = of(high) > 0.0
+    if rising == (of(low) > 0.0):
+        raise ValueError("The function has one sign at both ends.")
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (low, middle) if (of(middle) > 0.0) == rising else (middle, high)
+    return low

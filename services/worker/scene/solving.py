@@ -25,7 +25,7 @@ FIRST_STEPS, NEXT_STEPS = 30, 12
 GOOD_M = 0.0011
 """Gaps and depths below this, as measured, end the search; the bound is 1.5 mm."""
 COVER_M, BARE_M = 0.001, 0.0004
-"""Points this far about every keypoint are to lie in flesh; each that does not counts as so deep."""
+"""Points this far about every keypoint are to lie in flesh; each outside counts as so deep."""
 STARTS, START_SPREAD_DEG = 9, 5.0
 """Fresh starts about the first, for hands that a descent does not bring to touch."""
 LOOSER_A_TURN = 0.5
@@ -55,7 +55,7 @@ def solved_pose_deg(body: Body, pose: Pose, table_deg: Array, start_deg: Array |
 
 
 def measured_m(body: Body, task: Task, angles_deg: Array) -> float:
-    """What is worst about the posed hand: self-penetration, a gap, or keypoints out of the flesh."""
+    """What is worst of the posed hand: self-penetration, a gap, or keypoints out of the flesh."""
     quads = body.fine.quads
     posed = posed_hand(body.model, within_limits(np.round(angles_deg, 2)))
     skin_m = body.fine.apply(posed.vertices_m)

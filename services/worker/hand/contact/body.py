@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from services.worker.hand.angles import JointAngles
-from services.worker.hand.contact.overlap import Mask, Skin
+from services.worker.hand.contact.overlap import Mask, RestSkin
 from services.worker.hand.contact.wishes import Touch
 from services.worker.hand.model import F8, I4, HandModel
 from services.worker.hand.parts import PARTS, HandPart
@@ -33,9 +33,9 @@ class Body:
         return self.fine.owners(self.model.part)
 
     @cached_property
-    def rest(self) -> Skin:
+    def rest(self) -> RestSkin:
         """The fine skin unposed."""
-        return Skin.smooth(self.fine, self.model.vertices_m)
+        return RestSkin.subdivided(self.fine, self.model)
 
     @cached_property
     def weights(self) -> F8:
@@ -43,9 +43,9 @@ class Body:
         return self.fine.apply(self.model.weights)
 
     @cached_property
-    def rest_control(self) -> Skin:
+    def rest_control(self) -> RestSkin:
         """The control mesh unposed."""
-        return Skin.of(self.model.vertices_m, self.model.quads)
+        return RestSkin.control(self.model)
 
     @cached_property
     def all_weights(self) -> F8:

@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from services.worker.hand.contact.near import near_pairs
-from services.worker.hand.model import F8, I4
+from services.worker.hand.model import F8, I4, HandModel
+from services.worker.hand.parts import DIGIT_OF_PART, PARTS
 from services.worker.hand.subdivide import Subdivision
 
 I8 = npt.NDArray[np.int64]
@@ -19,6 +20,10 @@ SIDEWAYS = 0.5
 FAR_AT_REST_M = 0.012
 THICKNESS_M = 0.03
 """Two sides of one piece of flesh are never farther apart than this at rest."""
+GLABROUS = 0.5
+OPPOSITE = -0.5
+"""Cosine between normals at rest of skin on opposite sides of a digit."""
+_DIGITS = np.array([DIGIT_OF_PART[part] for part in PARTS])
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +42,29 @@ class Skin:
     def smooth(cls, fine: Subdivision, control_m: F8) -> "Skin":
         """The vertices of the subdivided mesh."""
         return cls.of(fine.apply(control_m), fine.quads)
+
+
+@dataclass(frozen=True, eq=False)
+class RestSkin(Skin):
+    """The skin of a hand unposed."""
+
+    back: Mask
+    """(N,) hairy skin: the back of the hand, the back and the sides of the digits."""
+    part: I4
+    """(N,) index into PARTS."""
+
+    @classmethod
+    def control(cls, model: HandModel) -> "RestSkin":
+        """The vertices of the control mesh."""
+        normals = normals_of(model.vertices_m, model.quads)
+        return cls(model.vertices_m, normals, model.palm < GLABROUS, model.part)
+
+    @classmethod
+    def subdivided(cls, fine: Subdivision, model: HandModel) -> "RestSkin":
+        """The vertices of the subdivided mesh."""
+        smooth = Skin.smooth(fine, model.vertices_m)
+        back = fine.apply(model.palm) < GLABROUS
+        return cls(smooth.points, smooth.normals, back, fine.owners(model.part))
 
 
 @dataclass(frozen=True)
@@ -82,7 +110,7 @@ class Candidates:
         return Overlaps(self.point[keep], self.cover[keep], normal[keep], depth[keep], weight)
 
 
-def candidates(skin: Skin, rest: Skin, rows: I8, search: Search) -> Candidates:
+def candidates(skin: Skin, rest: RestSkin, rows: I8, search: Search) -> Candidates:
     """The pairs among `rows` of the skin; rest is the same skin unposed."""
     points, normals = skin.points[rows], skin.normals[rows]
     first, second = near_pairs(points - search.inward_m * normals, points, search.radius_m)
@@ -93,19 +121,27 @@ def candidates(skin: Skin, rest: Skin, rows: I8, search: Search) -> Candidates:
     return Candidates(point[keep], cover[keep])
 
 
-def overlaps(skin: Skin, rest: Skin, rows: I8, search: Search) -> Overlaps:
+def overlaps(skin: Skin, rest: RestSkin, rows: I8, search: Search) -> Overlaps:
     """The pairs among `rows` that cover each other; rest is the same skin unposed."""
     return candidates(skin, rest, rows, search).measured(skin, search)
 
 
-def _other_flesh(rest: Skin, point: I8, cover: I8, facing: F8) -> Mask:
-    """Pairs that are not the two sides of one piece of flesh, nor neighbours on one skin."""
+def _other_flesh(rest: RestSkin, point: I8, cover: I8, facing: F8) -> Mask:
+    """Pairs that are not the two sides of one piece of flesh, nor neighbours on one skin.
+
+    A bent joint seen from its back is an edge, whose sides lie behind each other as those of an
+    overlap do. But a digit folds with its palmar skin alone, and no segment onto itself.
+    """
     way = rest.points[cover] - rest.points[point]
     square = np.einsum("pk,pk->p", way, way)
     behind = np.einsum("pk,pk->p", way, rest.normals[cover]) > 0.0
-    opposed = np.einsum("pk,pk->p", rest.normals[point], rest.normals[cover]) < 0.0
-    two_sides = behind & opposed & (square < THICKNESS_M**2)
-    other: Mask = ((facing < FACING) | (square > FAR_AT_REST_M**2)) & ~two_sides
+    cosine = np.einsum("pk,pk->p", rest.normals[point], rest.normals[cover])
+    two_sides = behind & (cosine < 0.0)
+    digit = _DIGITS[rest.part[point]]
+    edge = (rest.back[point] | rest.back[cover]) & (cosine > OPPOSITE)
+    edge &= (digit > 0) & (digit == _DIGITS[rest.part[cover]])
+    one_piece = (two_sides | edge) & (square < THICKNESS_M**2)
+    other: Mask = ((facing < FACING) | (square > FAR_AT_REST_M**2)) & ~one_piece
     return other
 
 

@@ -112,7 +112,23 @@ def spread(model: HandModel, curve: Curve) -> F8:
     foot = side * np.array([0.62, 0.0])
     places = foot + at[:, 1:] * (side - foot)
     steps = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
-    return np.asarray(CubicSpline(steps, places)(np.linspace(0.0, steps[-1], SAMPLES)))
+    return _splined(steps / steps[-1], places, np.linspace(0.0, 1.0, SAMPLES))
+
+
+def _splined(at: F8, places: F8, wanted: F8) -> F8:
+    """The cubic spline without a knot next to its ends, at `wanted` (S,), through places (N,2).
+
+    at (N,) rises from 0 to 1. Solved in truncated powers, for few points; scipy.interpolate would
+    cost each process that compiles maps a second.
+    """
+    degree = min(3, len(at) - 1)
+
+    def powers(t: F8) -> F8:
+        plain = t[:, None] ** np.arange(degree + 1)
+        return np.hstack([plain, np.maximum(t[:, None] - at[2:-2], 0.0) ** 3])
+
+    coefficients = np.linalg.solve(powers(at), places)
+    return np.einsum("sn,nk->sk", powers(wanted), coefficients)
 
 
 @dataclass(frozen=True, eq=False)
