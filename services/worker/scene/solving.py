@@ -61,10 +61,10 @@ def measured_m(body: Body, task: Task, angles_deg: Array) -> float:
     skin_m = body.fine.apply(posed.vertices_m)
     gaps = [gap_m(skin_m, quads, *body.patches(touch)) for touch in task.touches]
     depth = self_penetration(skin_m, quads).deepest_m
-    return max([depth, *gaps, _bareness_m(posed.keypoints_m, skin_m, quads)])
+    return max([depth, *gaps, bareness_m(posed.keypoints_m, skin_m, quads)])
 
 
-def _bareness_m(keypoints_m: Array, skin_m: Array, quads: Array) -> float:
+def bareness_m(keypoints_m: Array, skin_m: Array, quads: Array) -> float:
     """How far keypoints (21, 3) are from lying well inside the skin (W, 3): 0 when all do.
 
     Metres in name alone: BARE_M for each of the points about them that lies outside.
