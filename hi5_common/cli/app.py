@@ -21,6 +21,7 @@ COMMANDS = {
     "render": "render.render",
     "clip": "clip.clip",
     "gallery": "gallery.gallery",
+    "bench": "bench.app",
     "up": "up.up",
     "submit": "submit.submit",
     "watch": "watch.watch",

@@ -1,7 +1,9 @@
 """Cycles on the CPU: the renderer that makes hi5's pictures."""
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import bpy
 import numpy as np
@@ -12,7 +14,7 @@ from services.worker.render.blender import camera, film, mesh, session
 from services.worker.render.blender.material import new_skin_material
 from services.worker.render.blender.ornaments import OrnamentRack
 from services.worker.render.blender.skin_images import SkinImageShelf
-from services.worker.render.blender.world import new_world
+from services.worker.render.blender.world import IMPORTANCE_MAP_PX, new_world
 from services.worker.render.detail import Detail, detail_for, finer
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
@@ -25,12 +27,23 @@ class CyclesRenderer:
 
     name = "cycles"
 
-    def __init__(self, threads: int, cache_dir: Path, *, persistent_data: bool = True) -> None:
+    def __init__(
+        self,
+        threads: int,
+        cache_dir: Path,
+        *,
+        persistent_data: bool = True,
+        importance_map_px: int = IMPORTANCE_MAP_PX,
+        properties: Mapping[str, object] = MappingProxyType({}),
+    ) -> None:
+        """Open the process's Blender; properties: Cycles properties that benchmarks try out."""
         self._session = session.open_session(threads, persistent_data=persistent_data)
         self._scene = self._session.scene
+        for name, value in properties.items():
+            setattr(self._scene.cycles, name, value)
         self._skin = new_skin_material()
         self._shelf = SkinImageShelf(cache_dir)
-        self._world = new_world(self._scene)
+        self._world = new_world(self._scene, importance_map_px)
         camera.new_camera(self._scene)
         self._film = film.MemoryFile()
         self._ornaments = OrnamentRack(self._scene)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from services.worker.render.settings import Denoise, Prefilter, RenderSettings
+from services.worker.render.settings import Denoise, RenderSettings
 
 MIN_THREADS, MAX_THREADS = 1, 1024
 
@@ -42,7 +42,6 @@ def apply_settings(scene: bpy.types.Scene, settings: RenderSettings, seed: int) 
     cycles.use_denoising = settings.denoise is not Denoise.NONE
     if settings.denoise is not Denoise.NONE:
         cycles.denoising_quality = settings.denoise.name
-    if settings.prefilter is not Prefilter.NONE:
         cycles.denoising_prefilter = settings.prefilter.name
 
 

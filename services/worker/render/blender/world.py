@@ -40,12 +40,12 @@ class LightingWorld:
         self.mapping.inputs["Rotation"].default_value[2] = -math.radians(light.rotation_z_deg)
 
 
-def new_world(scene: bpy.types.Scene) -> LightingWorld:
+def new_world(scene: bpy.types.Scene, importance_map_px: int = IMPORTANCE_MAP_PX) -> LightingWorld:
     """Give the scene a world that is one equirectangular picture."""
     world = bpy.data.worlds.new("environment")
     scene.world = world
     world.cycles.sampling_method = "MANUAL"
-    world.cycles.sample_map_resolution = IMPORTANCE_MAP_PX
+    world.cycles.sample_map_resolution = importance_map_px
     tree = world.node_tree
     tree.nodes.clear()
     coordinate = tree.nodes.new("ShaderNodeTexCoord")

@@ -1,0 +1,50 @@
+"""`hi5 bench`: what speed costs in error, on this machine."""
+
+import os
+import subprocess
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hi5_common.cli.stack.child import importing_us, python_module
+from hi5_common.settings import Settings
+
+app = typer.Typer(help="Measure hi5 on this machine.", no_args_is_help=True)
+
+
+@app.callback()
+def benches() -> None:
+    """Measure hi5 on this machine."""
+
+
+@app.command("render")
+def bench_render(
+    out: Annotated[Path, typer.Option("--out", help="Folder for results.json and the page.")],
+    reduced: Annotated[
+        bool, typer.Option("--reduced", help="Three scenes and few samples: minutes, not hours.")
+    ] = False,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--only", help="preset, straightforward, front, ablation or confirm; may be repeated."
+        ),
+    ] = None,
+    repeats: Annotated[int, typer.Option(min=1, help="Of each image, after one to warm up.")] = 3,
+    reference_samples: Annotated[
+        int | None, typer.Option(min=1, help="Samples of each half of a reference.")
+    ] = None,
+    threads: Annotated[
+        int | None, typer.Option(min=1, help="Default: the HI5_RENDER_THREADS setting.")
+    ] = None,
+) -> None:
+    """Render scenes in many ways: seconds by phase, and error against converged references."""
+    Settings()  # refuses a wrong variable in this command's words
+    arguments = [f"--out={out}", f"--repeats={repeats}"]
+    arguments += ["--reduced"] if reduced else []
+    arguments += [] if reference_samples is None else [f"--reference-samples={reference_samples}"]
+    arguments += [] if threads is None else [f"--threads={threads}"]
+    arguments += ["--only", *only] if only else []
+    command = python_module("services.worker.bench", *arguments)
+    finished = subprocess.run(command, env=importing_us(os.environ), check=False)
+    raise typer.Exit(finished.returncode)

@@ -1,0 +1,1 @@
+"""Run time against error: what `hi5 bench render` measures."""

@@ -1,0 +1,172 @@
+"""Measure run time against error: `hi5 bench render`.
+
+    python -m services.worker.bench --out DIR [--reduced] [--only GROUP ...] [--repeats N]
+
+Renders references (kept in the cache folder), then every way in a process of its own, and writes
+results.json and a page with its plots. --reduced takes three scenes, few samples and few ways.
+"""
+
+import argparse
+import json
+import os
+import platform
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from hi5_common.domain.errors import Hi5Error, InvalidInput
+from hi5_common.settings import Settings
+from services.worker.bench import ways
+from services.worker.bench.errors import Halves, errors_of
+from services.worker.bench.figures import Measured, Result, pareto, speedups
+from services.worker.bench.page import write_page
+from services.worker.bench.runs import Bench, say
+from services.worker.bench.scenes import SEED, SIDE_PX, bench_scenes
+from services.worker.bench.ways import Way
+
+FAILED, WRONG_INPUT = 1, 2
+GROUPS = ("preset", "straightforward", "front", "ablation", "confirm")
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much is measured: samples of half a reference, scenes, and samples of the ways."""
+
+    reference_samples: int
+    scenes: int
+    confirm: int
+    front_samples: tuple[int, ...]
+    straightforward_samples: tuple[int, ...]
+
+
+FULL = Size(1024, 12, 6, (2, 4, 8, 16, 32), (4, 8, 16, 32))
+REDUCED = Size(96, 3, 1, (4, 8), (4, 8))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code."""
+    asked = _parser().parse_args(arguments)
+    try:
+        settings = Settings()
+        asked.out.mkdir(parents=True, exist_ok=True)
+        threads = asked.threads or settings.render_threads
+        run = Bench(settings, asked.out, SIDE_PX, threads)
+        size = REDUCED if asked.reduced else FULL
+        document = measure(run, size, asked.reference_samples, asked.only or GROUPS, asked.repeats)
+    except Hi5Error as error:
+        say(f"error: {error}")
+        return WRONG_INPUT if isinstance(error, InvalidInput) else FAILED
+    (asked.out / "results.json").write_text(json.dumps(document, indent=1), encoding="utf-8")
+    write_page(asked.out, document)
+    say(f"wrote {asked.out / 'results.json'} and {asked.out / 'render.md'}")
+    return 0
+
+
+def measure(
+    run: Bench, size: Size, reference_samples: int | None, groups: Sequence[str], repeats: int
+) -> dict[str, Any]:
+    """Return everything that was measured, as JSON values."""
+    scenes = bench_scenes()
+    samples = reference_samples or size.reference_samples
+    measured, confirmed = scenes.measured[: size.scenes], scenes.confirmed[: size.confirm]
+    every = measured + (confirmed if "confirm" in groups else ())
+    halves = run.references(every, samples)
+    asked = [way for way in _ways(size) if way.group in groups]
+    results = [_result(run, way, measured, halves, repeats) for way in asked]
+    document: dict[str, Any] = {
+        "machine": machine(run.threads),
+        "seed": SEED,
+        "side_px": run.side_px,
+        "reference_samples": [samples, samples],
+        "repeats": repeats,
+        "scenes": [scene_document(scenes, index) for index in every],
+        "ways": [result.document() for result in results],
+        "pareto": [result.way.name for result in pareto([r for r in results if _on_front(r)])],
+    }
+    plain = [result for result in results if result.way.group == "straightforward"]
+    for result in results if plain else ():
+        if result.way.group == "preset":
+            found = speedups(result, plain)
+            document.setdefault("speedups", {})[result.way.name] = {
+                "median": median(one.ratio for one in found),
+                "scenes": {one.index: [one.ratio, one.at_bound] for one in found},
+            }
+    if "confirm" in groups and confirmed:
+        again = [_result(run, way, confirmed, halves, repeats) for way in ways.presets()]
+        document["confirmation"] = [result.document() for result in again]
+    return document
+
+
+def _ways(size: Size) -> list[Way]:
+    return [
+        *ways.presets(),
+        *ways.straightforward(size.straightforward_samples),
+        *ways.front(size.front_samples),
+        *ways.ablations(),
+    ]
+
+
+def _on_front(result: Result) -> bool:
+    return result.way.group in {"front", "preset"}
+
+
+def _result(
+    run: Bench, way: Way, indices: tuple[int, ...], halves: dict[int, Halves], repeats: int
+) -> Result:
+    taken = run.take(way, indices, repeats)
+    scenes = tuple(
+        Measured(
+            index, errors_of(taken.picture(index, run.side_px), halves[index]), taken.times_s[index]
+        )
+        for index in indices
+    )
+    result = Result(way, scenes)
+    say(
+        f"{way.group:16} {way.name:44} {result.seconds:7.2f} s  {result.errors('psnr_db'):5.1f} dB "
+        f"{result.errors('crop_psnr_db'):5.1f} dB at 256 px"
+    )
+    return result
+
+
+def scene_document(scenes: Any, index: int) -> dict[str, object]:
+    """Return what a scene is, as JSON values."""
+    cell = scenes.plan.cell(index)
+    names = ("gender", "skin_tone", "pose", "environment", "viewpoint")
+    return {"index": index, **{name: str(getattr(cell, name)) for name in names}}
+
+
+def machine(threads: int) -> dict[str, object]:
+    """Return what was measured on."""
+    words = [
+        line.split(":", 1)[1].strip()
+        for line in Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+        if line.startswith("model name")
+    ]
+    return {
+        "processor": words[0] if words else platform.processor(),
+        "cores": os.cpu_count(),
+        "threads": threads,
+        "python": platform.python_version(),
+        "bpy": version("bpy"),
+        "hi5": version("hi5"),
+        "load": os.getloadavg()[0],
+    }
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="bench", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--out", type=Path, required=True, help="folder for results and page")
+    parser.add_argument("--reduced", action="store_true", help="three scenes, minutes")
+    parser.add_argument("--only", nargs="*", choices=GROUPS, help="only these groups of ways")
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--reference-samples", type=int, help="of each half")
+    parser.add_argument("--threads", type=int, help="default: the HI5_RENDER_THREADS setting")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

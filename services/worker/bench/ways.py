@@ -1,0 +1,101 @@
+"""The ways of rendering that are compared: how many samples, which denoiser, what is left out."""
+
+from dataclasses import dataclass, replace
+
+from hi5_common.domain.spec import Quality
+from services.worker.render.settings import QUALITY_SETTINGS, Denoise, Prefilter, RenderSettings
+
+ADAPTIVE = (
+    ("use_adaptive_sampling", True),
+    ("adaptive_threshold", 0.1),
+    ("adaptive_min_samples", 4),
+)
+IMPORTANCE_MAP_PX = 512
+"""As the renderer's own; the renderer is not imported, for it loads Blender."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way. `crop` renders the hand's rectangle only; `persistent` keeps Blender's scene."""
+
+    name: str
+    settings: RenderSettings
+    crop: bool = True
+    persistent: bool = True
+    group: str = "front"
+    importance_map_px: int = IMPORTANCE_MAP_PX
+    properties: tuple[tuple[str, object], ...] = ()
+    """Cycles properties beside those of the settings."""
+
+
+STANDARD = QUALITY_SETTINGS[Quality.STANDARD]
+STRAIGHTFORWARD = RenderSettings(16, Denoise.HIGH, Prefilter.ACCURATE, max_bounces=12)
+"""Full frame, nothing kept, twelve bounces, the best denoiser: what one writes first."""
+
+
+def front(samples: tuple[int, ...]) -> list[Way]:
+    """Return the ways among which presets are chosen: denoisers by samples."""
+    denoisers = (
+        (Denoise.NONE, Prefilter.NONE),
+        (Denoise.FAST, Prefilter.FAST),
+        (Denoise.BALANCED, Prefilter.FAST),
+        (Denoise.HIGH, Prefilter.FAST),
+        (Denoise.HIGH, Prefilter.ACCURATE),
+    )
+    return [
+        Way(_name(settings), settings)
+        for denoise, prefilter in denoisers
+        for count in samples
+        for settings in (RenderSettings(count, denoise, prefilter),)
+    ]
+
+
+def presets() -> list[Way]:
+    """Return the presets that stop after seconds: all but the reference."""
+    return [
+        Way(quality.value, QUALITY_SETTINGS[quality], group="preset")
+        for quality in (Quality.DRAFT, Quality.STANDARD, Quality.HIGH)
+    ]
+
+
+def straightforward(samples: tuple[int, ...]) -> list[Way]:
+    """Return the straightforward way with each number of samples."""
+    return [
+        Way(
+            f"straightforward {count}",
+            replace(STRAIGHTFORWARD, samples=count),
+            crop=False,
+            persistent=False,
+            group="straightforward",
+        )
+        for count in samples
+    ]
+
+
+def ablations() -> list[Way]:
+    """Return the standard preset with one saving at a time taken back, or one more tried."""
+    without: dict[str, Way] = {
+        "full frame instead of the hand's rectangle": Way("", STANDARD, crop=False),
+        "no persistent data": Way("", STANDARD, persistent=False),
+        "12 bounces instead of 4": Way("", replace(STANDARD, max_bounces=12)),
+        "2 bounces instead of 4": Way("", replace(STANDARD, max_bounces=2)),
+        "denoiser fast": Way("", replace(STANDARD, denoise=Denoise.FAST)),
+        "denoiser high": Way("", replace(STANDARD, denoise=Denoise.HIGH)),
+        "prefilter accurate": Way("", replace(STANDARD, prefilter=Prefilter.ACCURATE)),
+        "no prefilter": Way("", replace(STANDARD, prefilter=Prefilter.NONE)),
+        "no denoiser": Way("", replace(STANDARD, denoise=Denoise.NONE)),
+        "importance map 1024": Way("", STANDARD, importance_map_px=1024),
+        "importance map 256": Way("", STANDARD, importance_map_px=256),
+        "adaptive sampling, threshold 0.1": Way(
+            "", replace(STANDARD, samples=4 * STANDARD.samples), properties=ADAPTIVE
+        ),
+        "no light tree": Way("", STANDARD, properties=(("use_light_tree", False),)),
+        "no clamping": Way("", STANDARD, properties=(("sample_clamp_indirect", 0.0),)),
+        "blue noise": Way("", STANDARD, properties=(("sampling_pattern", "BLUE_NOISE"),)),
+    }
+    return [replace(way, name=name, group="ablation") for name, way in without.items()]
+
+
+def _name(settings: RenderSettings) -> str:
+    guides = "" if settings.denoise is Denoise.NONE else f"/{settings.prefilter.value}"
+    return f"{settings.denoise.value}{guides} {settings.samples}"
