@@ -34,10 +34,10 @@ FINE = Search(inward_m=0.0028, radius_m=0.0042, aside_m=0.0028, before_m=0.002)
 CLEARANCE_M = 1.5e-4
 """Pushed apart by this much: the estimate of depth is coarser."""
 PUSHES = 3
-SMOOTHING = (0.5, 0.5, 0.4, 0.4, 0.3, 0.3, 0.2, 0.2)
+SMOOTHING = (0.5, 0.5, 0.4, 0.4, 0.3, 0.3, 0.2, 0.2, 0.1, 0.05)
 """How much each round spreads the push to the skin around: the last ones rather correct."""
 MOST_M = 0.005
-SEARCHED_ROUNDS = (0, 4)
+SEARCHED_ROUNDS = (0, 2, 4)
 LIGHT_M = 1e-4
 """Overlap that needs no pressing."""
 

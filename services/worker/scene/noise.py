@@ -48,17 +48,21 @@ class Freedom:
 
 
 def freedom(source: Pose, target: Pose, t: float) -> Freedom:
-    """Free digits move freely, those that touch something in the nearer pose hardly."""
+    """Free digits move freely; those that touch something in the nearer pose hardly while they are
+    near it, those that touch in both never.
+    """
     loose = min(1.0, 4.0 * min(t, 1.0 - t))
-    touching = {
-        part.split("_")[0]
-        for pose, near in ((source, t < 0.5), (target, t > 0.5))
-        for touch in TOUCHES.get(pose, ())
-        for part in (*touch.first, *touch.second)
-        if near
-    }
+    first, last = _touching(source), _touching(target)
+    nearer = first if t < 0.5 else last
     held = HELD + (1.0 - HELD) * loose
-    return Freedom(tuple(held if digit in touching else 1.0 for digit in DIGITS))
+    shares = {digit: held for digit in nearer} | {digit: HELD for digit in first & last}
+    return Freedom(tuple(shares.get(digit, 1.0) for digit in DIGITS))
+
+
+def _touching(pose: Pose) -> set[str]:
+    """The digits that a pose brings into touch with something."""
+    parts = (part for touch in TOUCHES.get(pose, ()) for part in (*touch.first, *touch.second))
+    return {part.split("_")[0] for part in parts}
 
 
 def with_noise(
