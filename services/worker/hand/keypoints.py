@@ -56,7 +56,8 @@ def tip_flesh(model: HandModel) -> F8:
     away_m = np.linalg.norm(model.keypoints_m[list(TIPS), None] - model.vertices_m, axis=2)
     segments = np.array([PARTS.index(part) for part in TIP_PARTS])
     share = np.exp(-0.5 * (away_m / TIP_FLESH_M) ** 2) * (model.part == segments[:, None])
-    return share / share.sum(axis=1, keepdims=True)
+    rows: F8 = share / share.sum(axis=1, keepdims=True)
+    return rows
 
 
 def keypoint_weights() -> F8:

@@ -21,10 +21,15 @@ def about(axis: F8, angle_deg: float) -> F8:
 
 
 def swing(start: F8, end: F8) -> F8:
-    """The smallest rotation (3,3) that takes direction start to direction end (not opposite)."""
+    """The smallest rotation (3,3) that takes direction start to direction end.
+
+    ValueError for opposite directions: there is no smallest one.
+    """
     a, b = unit(start), unit(end)
     axis = np.cross(a, b)
     if not axis.any():
+        if a @ b < 0.0:
+            raise ValueError(f"{start} and {end} are opposite: no turn between them is smallest.")
         return np.eye(3)
     return about(axis, float(np.degrees(np.arctan2(np.linalg.norm(axis), a @ b))))
 

@@ -55,7 +55,7 @@ def freedom(source: Pose, target: Pose, t: float) -> Freedom:
     first, last = _touching(source), _touching(target)
     nearer = first if t < 0.5 else last
     held = HELD + (1.0 - HELD) * loose
-    shares = {digit: held for digit in nearer} | {digit: HELD for digit in first & last}
+    shares = dict.fromkeys(nearer, held) | dict.fromkeys(first & last, HELD)
     return Freedom(tuple(shares.get(digit, 1.0) for digit in DIGITS))
 
 

@@ -12,6 +12,7 @@ from services.worker.hand.contact.body import Body
 from services.worker.hand.contact.measure import gap_m, self_penetration, winding_numbers
 from services.worker.hand.contact.solver import FREE, Task, preference_deg, solved
 from services.worker.hand.contact.wishes import TOUCHES
+from services.worker.hand.model import I4
 from services.worker.hand.shape import SHAPE_EXTREMES, HandShape
 from services.worker.hand.skin import posed_hand
 from services.worker.scene.poses import within_limits
@@ -64,7 +65,7 @@ def measured_m(body: Body, task: Task, angles_deg: Array) -> float:
     return max([depth, *gaps, bareness_m(posed.keypoints_m, skin_m, quads)])
 
 
-def bareness_m(keypoints_m: Array, skin_m: Array, quads: Array) -> float:
+def bareness_m(keypoints_m: Array, skin_m: Array, quads: I4) -> float:
     """How far keypoints (21, 3) are from lying well inside the skin (W, 3): 0 when all do.
 
     Metres in name alone: BARE_M for each of the points about them that lies outside.

@@ -127,7 +127,8 @@ def _splined(at: F8, places: F8, wanted: F8) -> F8:
         return np.hstack([plain, np.maximum(t[:, None] - at[2:-2], 0.0) ** 3])
 
     coefficients = np.linalg.solve(powers(at), places)
-    return np.einsum("sn,nk->sk", powers(wanted), coefficients)
+    curve: F8 = np.einsum("sn,nk->sk", powers(wanted), coefficients)
+    return curve
 
 
 @dataclass(frozen=True, eq=False)

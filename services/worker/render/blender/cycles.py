@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -19,6 +20,7 @@ from services.worker.render.detail import Detail, detail_for, finer
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
+from services.worker.scene.geometry import near_origin
 from services.worker.scene.types import Array, Camera, HandScene, Light, SceneGeometry
 
 
@@ -69,6 +71,8 @@ class CyclesRenderer:
     ) -> Frame:
         """Return the hand on the pixels of `region`, which must not be empty."""
         started = time.perf_counter()
+        camera_near, geometry = near_origin(scene.camera, geometry)
+        scene = replace(scene, camera=camera_near)
         self._place(geometry)
         dressed = bool(geometry.ornaments or self._ornaments.shown)
         self._ornaments.show(geometry.ornaments)
