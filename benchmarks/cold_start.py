@@ -40,6 +40,15 @@ def spec_text(place: str, side_px: int, seed: int) -> str:
     return yaml.safe_dump({"count": 1, "seed": seed, "image": image, "attributes": attributes})
 
 
+def yardstick_s() -> float:
+    """Return how long ten million additions take in Python: how fast this machine is just now."""
+    began = time.perf_counter()
+    total = 0
+    for number in range(10_000_000):
+        total += number
+    return time.perf_counter() - began
+
+
 def start(spec: Path, cache: Path, out: Path) -> Start:
     """Make one image in a process of its own. Raises CalledProcessError with what it said."""
     command = [sys.executable, "-m", "hi5_common.cli", "render", str(spec), "--out", str(out)]
@@ -65,7 +74,8 @@ def main() -> None:
         f"Python {platform.python_version()}, bpy {version('bpy')}, hi5 {version('hi5')},", end=" "
     )
     print(
-        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.2f}, {asked.side} px, seed {asked.seed}"
+        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.2f}, {asked.side} px, seed {asked.seed}; "
+        f"ten million additions take {yardstick_s():.2f} s"
     )
     for place in asked.places:
         with tempfile.TemporaryDirectory(prefix="hi5-cold-") as folder:

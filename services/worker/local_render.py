@@ -62,7 +62,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         settings = Settings()
         renderer = RendererName(asked.renderer or settings.renderer)
         studio = open_studio(
-            renderer, settings.render_threads, settings.cache_dir, settings.resolved_assets_dir
+            renderer,
+            settings.render_threads,
+            settings.cache_dir,
+            settings.resolved_assets_dir,
+            Plan.of(spec).cell(indices[0]).gender,
         )
         tally = render_all(studio, spec, indices, asked.out)
     except Hi5Error as error:

@@ -62,8 +62,9 @@ def main() -> None:
 
 def run(job: Job) -> None:
     """Render every image of a job. A failed image is reported and does not stop the others."""
-    studio = open_studio(job.renderer, job.threads, job.cache_dir, job.assets_dir)
     plan = Plan.of(job.spec)
+    first = plan.cell(job.indices[0]).gender if job.indices else None
+    studio = open_studio(job.renderer, job.threads, job.cache_dir, job.assets_dir, first)
     job.out_dir.mkdir(parents=True, exist_ok=True)
     send({"event": "ready", "pid": os.getpid(), "renderer": studio.renderer.versions})
     made = sum(_attempt(studio, job, plan, index) for index in job.indices)

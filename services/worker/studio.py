@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from hi5_common.domain.vocabulary import Gender
 from hi5_common.settings import RendererName, Settings
 from services.worker.places.bakery import Oven, Sketcher
 from services.worker.places.panoramas import Panoramas
@@ -12,17 +13,25 @@ from services.worker.scene.library import HandLibrary
 
 
 def open_studio(
-    renderer: RendererName, threads: int, cache_dir: Path, assets_dir: Path | None = None
+    renderer: RendererName,
+    threads: int,
+    cache_dir: Path,
+    assets_dir: Path | None = None,
+    first: Gender | None = None,
 ) -> Studio:
     """Return a studio; with Cycles this takes over the process's Blender, so open only one.
 
-    assets_dir holds the user's own panoramas; None is the folder of the settings.
+    assets_dir holds the user's own panoramas; None is the folder of the settings. first: whose
+    hands the first image needs; a new machine compiles them while Blender is loaded.
     """
+    hands = HandLibrary(cache_dir)
+    if first is not None:
+        hands.compile_ahead(first)
     # The fake draws its places too: a test of the fleet must not wait for Blender to bake them.
     baker = Oven(threads) if renderer is RendererName.CYCLES else Sketcher()
     assets = assets_dir or Settings().resolved_assets_dir
     furnish(Panoramas(cache_dir, assets, baker))
-    return Studio(_open_renderer(renderer, threads, cache_dir), HandLibrary(cache_dir))
+    return Studio(_open_renderer(renderer, threads, cache_dir), hands)
 
 
 def _open_renderer(name: RendererName, threads: int, cache_dir: Path) -> Renderer:

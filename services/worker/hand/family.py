@@ -17,7 +17,7 @@ from services.worker.hand.builds import HandFamily, content_hash
 from services.worker.hand.compile import compile_family
 from services.worker.hand.model import COMPILER_VERSION
 
-__all__ = ["HandFamily", "load_family"]
+__all__ = ["HandFamily", "family_path", "load_family"]
 
 LOG = logging.getLogger(__name__)
 
@@ -28,15 +28,19 @@ def load_family(gender: Gender, cache_dir: Path) -> HandFamily:
     The file's name carries the hash of the input files and the compiler's version; a file that
     cannot be read or does not match its own hash is compiled anew. Raises HandAssetMissing.
     """
-    folder = asset.asset_folder()
-    key = asset.input_hash(folder, gender)[:24]
-    path = cache_dir / f"hand-{gender}-{COMPILER_VERSION}-{key}.npz"
+    path = family_path(gender, cache_dir)
     cached = _read(path)
     if cached is not None:
         return cached
-    family = compile_family(folder, gender)
+    family = compile_family(asset.asset_folder(), gender)
     _write(path, family)
     return family
+
+
+def family_path(gender: Gender, cache_dir: Path) -> Path:
+    """Where the cache keeps the hands of a gender."""
+    key = asset.input_hash(asset.asset_folder(), gender)[:24]
+    return cache_dir / f"hand-{gender}-{COMPILER_VERSION}-{key}.npz"
 
 
 def _read(path: Path) -> HandFamily | None:

@@ -1,5 +1,6 @@
 """The hands a worker poses: compiled once per process, shared by scenes and labels."""
 
+import subprocess
 from collections import OrderedDict
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -9,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hi5_common.domain.vocabulary import Gender, Handedness
+from services.worker.hand.ahead import compile_ahead
 from services.worker.hand.family import HandFamily, load_family
 from services.worker.hand.model import HandModel
 from services.worker.hand.shape import HandShape
@@ -70,6 +72,7 @@ class HandLibrary:
 
     cache_dir: Path
     _families: dict[Gender, HandFamily] = field(default_factory=dict)
+    _compiling: dict[Gender, subprocess.Popen[bytes]] = field(default_factory=dict)
     _topologies: dict[tuple[Gender, Handedness], Topology] = field(default_factory=dict)
     _hands: OrderedDict[tuple[Gender, Handedness, HandShape], Hand] = field(
         default_factory=OrderedDict
@@ -87,8 +90,16 @@ class HandLibrary:
                 self._hands.popitem(last=False)
         return self._hands[key]
 
+    def compile_ahead(self, gender: Gender) -> None:
+        """Begin to compile a gender's hands beside this process, unless the cache has them."""
+        process = compile_ahead(gender, self.cache_dir)
+        if process is not None:
+            self._compiling[gender] = process
+
     def _made(self, gender: Gender, handedness: Handedness, shape: HandShape) -> Hand:
         if gender not in self._families:
+            if gender in self._compiling:
+                self._compiling.pop(gender).wait()
             self._families[gender] = load_family(gender, self.cache_dir)
         model = self._families[gender].shaped(shape)
         model = model if handedness is Handedness.RIGHT else model.mirrored()
