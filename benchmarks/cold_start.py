@@ -74,8 +74,8 @@ def main() -> None:
         f"Python {platform.python_version()}, bpy {version('bpy')}, hi5 {version('hi5')},", end=" "
     )
     print(
-        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.2f}, {asked.side} px, seed {asked.seed}; "
-        f"ten million additions take {yardstick_s():.2f} s"
+        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.2f}, {asked.side} px, "
+        f"seed {asked.seed}; ten million additions take {yardstick_s():.2f} s"
     )
     for place in asked.places:
         with tempfile.TemporaryDirectory(prefix="hi5-cold-") as folder:
