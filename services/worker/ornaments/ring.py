@@ -8,9 +8,9 @@ from services.worker.ornaments.profile import hoop, oblong, sphere, turned
 from services.worker.ornaments.section import ANGLES, Frame, Limb, rounded
 from services.worker.ornaments.worn import RingWorn, Stone, StoneWorn
 
-HARMONICS = 3
-"""A band is round with a flat side at most: what is bumpier is flesh that it presses."""
-SUNK_M = 0.0003
+HARMONICS = 4
+"""A band is round or a rounded square at most: what is bumpier is flesh that it presses."""
+SUNK_M = 0.0004
 FACETS = 8
 
 
