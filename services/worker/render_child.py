@@ -63,7 +63,7 @@ def main() -> None:
 def run(job: Job) -> None:
     """Render every image of a job. A failed image is reported and does not stop the others."""
     plan = Plan.of(job.spec)
-    first = plan.cell(job.indices[0]).gender if job.indices else None
+    first = next((plan.cell(i).gender for i in job.indices if 0 <= i < job.spec.count), None)
     studio = open_studio(job.renderer, job.threads, job.cache_dir, job.assets_dir, first)
     job.out_dir.mkdir(parents=True, exist_ok=True)
     send({"event": "ready", "pid": os.getpid(), "renderer": studio.renderer.versions})
