@@ -14,11 +14,12 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
 from typing import Any
 
-from hi5_common.domain.errors import Hi5Error, InvalidInput
+from hi5_common.domain.errors import Hi5Error, InvalidInput, PermanentError
 from hi5_common.settings import Settings
 from services.worker.bench import ways
 from services.worker.bench.errors import Halves, errors_of
@@ -51,6 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code."""
     asked = _parser().parse_args(arguments)
     try:
+        _need_what_it_draws_with()
         settings = Settings()
         asked.out.mkdir(parents=True, exist_ok=True)
         threads = asked.threads or settings.render_threads
@@ -155,6 +157,14 @@ def machine(threads: int) -> dict[str, object]:
         "hi5": version("hi5"),
         "load": os.getloadavg()[0],
     }
+
+
+def _need_what_it_draws_with() -> None:
+    """Refuse to start what would fail after hours. Raises PermanentError."""
+    missing = [name for name in ("flip_evaluator", "matplotlib") if find_spec(name) is None]
+    if missing:
+        words = " and ".join(missing)
+        raise PermanentError(f"{words} cannot be imported: install hi5 with its extra `bench`.")
 
 
 def _parser() -> argparse.ArgumentParser:

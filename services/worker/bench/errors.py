@@ -13,6 +13,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from services.worker.compose.picture import srgb_curve
+
 F4 = npt.NDArray[np.float32]
 F8 = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -83,10 +85,8 @@ def errors_of(picture: F4, halves: Halves) -> Errors:
 def displayed(rgba: F4) -> F4:
     """Return display values (H, W, 3) of premultiplied linear light over an even ground."""
     alpha = np.clip(rgba[..., 3:], 0.0, 1.0)
-    light = np.clip(rgba[..., :3] / np.maximum(alpha, np.float32(1e-6)), 0.0, 1.0)
-    low = np.float32(12.92) * light
-    high = np.float32(1.055) * np.power(light, np.float32(1.0 / 2.4)) - np.float32(0.055)
-    shown: F4 = np.where(light <= 0.0031308, low, high) * alpha + np.float32(GROUND) * (1.0 - alpha)
+    light: F4 = np.divide(rgba[..., :3], np.maximum(alpha, 1e-6), dtype=np.float32)
+    shown: F4 = srgb_curve(light) * alpha + np.float32(GROUND) * (1.0 - alpha)
     return shown
 
 

@@ -80,9 +80,13 @@ def over(rgba: F4, behind: F4) -> F4:
 
 def to_srgb8(linear: F4) -> U1:
     """Return linear Rec. 709 light as 8-bit sRGB (IEC 61966-2-1), rounded, without dithering."""
-    light = np.clip(linear, 0.0, 1.0)
-    dark = light <= 0.0031308
-    curve = np.float32(1.055) * np.power(light, np.float32(1.0 / 2.4)) - np.float32(0.055)
-    encoded = np.where(dark, np.float32(12.92) * light, curve)
-    pixels: U1 = np.rint(encoded * np.float32(255.0)).astype(np.uint8)
+    pixels: U1 = np.rint(srgb_curve(linear) * np.float32(255.0)).astype(np.uint8)
     return pixels
+
+
+def srgb_curve(linear: F4) -> F4:
+    """Return the display values 0..1 of linear light, cut to 0..1 (IEC 61966-2-1)."""
+    light: F4 = np.clip(linear, 0.0, 1.0)
+    curve = np.float32(1.055) * np.power(light, np.float32(1.0 / 2.4)) - np.float32(0.055)
+    encoded: F4 = np.where(light <= 0.0031308, np.float32(12.92) * light, curve)
+    return encoded
