@@ -1,6 +1,7 @@
 """A database to work with: SQLite in a file or Postgres, with the same promises."""
 
 import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from hi5_common.db import errors
 from hi5_common.domain.errors import InvalidInput, Problem
 
 BUSY_TIMEOUT_MS = 10_000
+LOOK_AGAIN_S = 0.02
 _READ_ONLY = "hi5_read_only"
 # No psycopg wait is without a limit: a lease outlives a hung connection, a worker must not.
 _POSTGRES_OPTIONS = (
@@ -112,14 +114,31 @@ def reached() -> Iterator[None]:
 def make_write_ahead(engine: Engine) -> None:
     """Switch a new SQLite file to write-ahead logging, which it then remembers.
 
-    Done once: setting the mode again on each connection takes exclusive locks.
+    Done once: setting the mode again on each connection takes exclusive locks. SQLite does not wait
+    for those as it does for others, so that of several processes that switch at once all but one
+    are told "locked": they look again until it is done.
     """
     if engine.dialect.name != "sqlite":
         return
     with engine.connect() as connection:
         raw = cast(sqlite3.Connection, connection.connection.driver_connection)
-        if raw.execute("PRAGMA journal_mode").fetchone()[0] != "wal":
-            raw.execute("PRAGMA journal_mode = WAL")
+        give_up_s = time.monotonic() + BUSY_TIMEOUT_MS / 1000.0
+        while not _is_write_ahead(raw):
+            if time.monotonic() > give_up_s:
+                raise sqlite3.OperationalError("database is locked")
+            time.sleep(LOOK_AGAIN_S)
+
+
+def _is_write_ahead(raw: sqlite3.Connection) -> bool:
+    """Make it so if nobody is in the way; return whether it is."""
+    try:
+        if raw.execute("PRAGMA journal_mode").fetchone()[0] == "wal":
+            return True
+        return bool(raw.execute("PRAGMA journal_mode = WAL").fetchone()[0] == "wal")
+    except sqlite3.OperationalError as error:
+        if "locked" in str(error):
+            return False
+        raise
 
 
 def _snapshot(engine: Engine) -> dict[str, Any]:

@@ -1,6 +1,8 @@
 """Migrations lead forward and back, and to the very tables the code believes in."""
 
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from threading import Barrier
 
 import pytest
 from alembic.autogenerate import compare_metadata
@@ -8,7 +10,7 @@ from alembic.runtime.migration import MigrationContext
 from sqlalchemy import inspect, text
 
 from hi5_common.db import datasets, deliveries, errors, migrate, shards
-from hi5_common.db.engine import open_database
+from hi5_common.db.engine import make_write_ahead, open_database
 from hi5_common.db.tables import Base
 from tests.support import factories
 
@@ -70,6 +72,25 @@ def test_several_processes_may_upgrade_at_once(database_url: str) -> None:
     with ThreadPoolExecutor(4) as pool:
         list(pool.map(migrate.upgrade, [database_url] * 4))
     assert migrate.current(database_url) == migrate.head()
+
+
+def test_many_may_make_a_new_file_write_ahead_at_once(tmp_path: Path) -> None:
+    for number in range(20):
+        url = f"sqlite:///{tmp_path / str(number)}.sqlite"
+        together = Barrier(6)
+
+        def switch(url: str = url, together: Barrier = together) -> str:
+            database = open_database(url)
+            together.wait()
+            make_write_ahead(database.engine)
+            with database.engine.connect() as connection:
+                mode = str(connection.exec_driver_sql("PRAGMA journal_mode").scalar())
+            database.dispose()
+            return mode
+
+        with ThreadPoolExecutor(6) as pool:
+            modes = [job.result() for job in [pool.submit(switch) for _ in range(6)]]
+        assert modes == ["wal"] * 6
 
 
 def test_a_database_without_tables_says_what_to_do(database_url: str) -> None:
