@@ -28,7 +28,7 @@ def test_a_way_is_timed_by_phase_and_compared_with_its_reference(bench: Bench) -
     halves = bench.references((SCENE,), samples=16)[SCENE]
     assert not np.array_equal(halves.first, halves.second)
     assert halves.mask.sum() > 200
-    (stored,) = (bench.settings.cache_dir / "bench").glob(f"*/{SCENE}.npz")
+    (stored,) = (bench.settings.cache_dir / "bench").glob("*.npz")
     made = stored.stat().st_mtime_ns
     bench.references((SCENE,), samples=16)
     assert stored.stat().st_mtime_ns == made  # kept, not rendered again

@@ -31,6 +31,9 @@ def bench_render(
         ),
     ] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Of each image, after one to warm up.")] = 3,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Keep what an earlier run left there, and go on.")
+    ] = False,
     reference_samples: Annotated[
         int | None, typer.Option(min=1, help="Samples of each half of a reference.")
     ] = None,
@@ -42,6 +45,7 @@ def bench_render(
     Settings()  # refuses a wrong variable in this command's words
     arguments = [f"--out={out}", f"--repeats={repeats}"]
     arguments += ["--reduced"] if reduced else []
+    arguments += ["--resume"] if resume else []
     arguments += [] if reference_samples is None else [f"--reference-samples={reference_samples}"]
     arguments += [] if threads is None else [f"--threads={threads}"]
     arguments += ["--only", *only] if only else []

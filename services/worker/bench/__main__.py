@@ -12,7 +12,7 @@ import os
 import platform
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -24,6 +24,7 @@ from hi5_common.settings import Settings
 from services.worker.bench import ways
 from services.worker.bench.errors import Halves, errors_of
 from services.worker.bench.figures import Measured, Result, pareto, speedups
+from services.worker.bench.maps import MAPS, write_maps
 from services.worker.bench.page import write_page
 from services.worker.bench.runs import Bench, say
 from services.worker.bench.scenes import SEED, SIDE_PX, bench_scenes
@@ -56,22 +57,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
         settings = Settings()
         asked.out.mkdir(parents=True, exist_ok=True)
         threads = asked.threads or settings.render_threads
-        run = Bench(settings, asked.out, SIDE_PX, threads)
+        run = Bench(settings, asked.out, SIDE_PX, threads, asked.resume)
         size = REDUCED if asked.reduced else FULL
-        document = measure(run, size, asked.reference_samples, asked.only or GROUPS, asked.repeats)
+        found = measure(run, size, asked.reference_samples, asked.only or GROUPS, asked.repeats)
     except Hi5Error as error:
         say(f"error: {error}")
         return WRONG_INPUT if isinstance(error, InvalidInput) else FAILED
-    (asked.out / "results.json").write_text(json.dumps(document, indent=1), encoding="utf-8")
-    write_page(asked.out, document)
+    text = json.dumps(found.document, indent=1)
+    (asked.out / "results.json").write_text(text, encoding="utf-8")
+    _draw_maps(run, found)
+    write_page(asked.out, found.document)
     say(f"wrote {asked.out / 'results.json'} and {asked.out / 'render.md'}")
     return 0
 
 
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What was measured, as JSON values, and the references by scene."""
+
+    document: dict[str, Any]
+    halves: dict[int, Halves]
+
+
 def measure(
     run: Bench, size: Size, reference_samples: int | None, groups: Sequence[str], repeats: int
-) -> dict[str, Any]:
-    """Return everything that was measured, as JSON values."""
+) -> Found:
+    """Measure every way of the groups on the scenes."""
     scenes = bench_scenes()
     samples = reference_samples or size.reference_samples
     measured, confirmed = scenes.measured[: size.scenes], scenes.confirmed[: size.confirm]
@@ -98,9 +109,23 @@ def measure(
                 "scenes": {one.index: [one.ratio, one.at_bound] for one in found},
             }
     if "confirm" in groups and confirmed:
-        again = [_result(run, way, confirmed, halves, repeats) for way in ways.presets()]
+        others = [replace(way, name=f"{way.name} confirmed") for way in ways.presets()]
+        again = [_result(run, way, confirmed, halves, repeats) for way in others]
         document["confirmation"] = [result.document() for result in again]
-    return document
+    return Found(document, halves)
+
+
+def _draw_maps(run: Bench, found: Found) -> None:
+    """Draw where the presets err: on the scenes where standard is worst, best and in between."""
+    standard = next((w for w in found.document["ways"] if w["way"]["name"] == "standard"), None)
+    if standard is None:
+        return
+    rows = sorted(standard["scenes"], key=lambda row: row["errors"]["psnr_db"])
+    places = sorted({round(share * (len(rows) - 1)) for share in (0.0, 1 / 3, 2 / 3, 1.0)})
+    shown = [rows[place]["index"] for place in places]
+    frames = {way.name: {i: run.picture(way, i) for i in shown} for way in ways.presets()}
+    write_maps(run.out / MAPS, {i: found.halves[i] for i in shown}, frames)
+    found.document["maps"] = MAPS
 
 
 def _ways(size: Size) -> list[Way]:
@@ -173,6 +198,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--reduced", action="store_true", help="three scenes, minutes")
     parser.add_argument("--only", nargs="*", choices=GROUPS, help="only these groups of ways")
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument(
+        "--resume", action="store_true", help="keep what an earlier run left in DIR and go on"
+    )
     parser.add_argument("--reference-samples", type=int, help="of each half")
     parser.add_argument("--threads", type=int, help="default: the HI5_RENDER_THREADS setting")
     return parser

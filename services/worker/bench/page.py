@@ -56,6 +56,15 @@ def page(document: dict[str, Any]) -> str:
             f"error (median; {min(ratios):.1f} to {max(ratios):.1f}; {bound} scenes at an end of "
             "its curve)."
         )
+    if "maps" in document:
+        lines += [
+            "",
+            "## Where the errors lie",
+            "",
+            f"![Insets and FLIP maps]({document['maps']})",
+            "",
+            "From the scene where `standard` is worst to the one where it is best.",
+        ]
     ablations = [way for way in document["ways"] if way["way"]["group"] == "ablation"]
     standard = next((w for w in document["ways"] if w["way"]["name"] == "standard"), None)
     if ablations and standard:

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +22,8 @@ from services.worker.bench.ways import Way
 from services.worker.render.settings import Denoise, Prefilter, RenderSettings
 
 UNBIASED = (("sample_clamp_indirect", 0.0),)
-DRAWN_BY = ("hand", "ornaments", "places", "render", "scene")
-"""The worker's packages that pixels of a frame depend on."""
+JOB = "job.json"
+"""Written last: where it is, the rest is whole."""
 
 
 @dataclass(frozen=True)
@@ -35,44 +34,54 @@ class Bench:
     out: Path
     side_px: int
     threads: int
+    resume: bool = False
+    """Take what a run before this one left in `out`, if it was asked the same."""
 
     def take(
         self, way: Way, indices: tuple[int, ...], repeats: int, seeds: tuple[int, ...] = ()
     ) -> "Taken":
         """Render scenes in a fresh process. PermanentError with what it said when it fails."""
-        folder = self.out / "ways" / slug(way.name)
-        self._child(way, indices, repeats, seeds, folder)
+        folder = self._folder(way)
+        job = self._job(way, indices, repeats, seeds, folder)
+        if not (self.resume and _asked_before(folder, job)):
+            self._run(job)
         answer = json.loads((folder / "times.json").read_text("utf-8"))
         times = {int(index): rows for index, rows in answer["times_s"].items()}
         return Taken(folder, times, answer["versions"])
 
+    def picture(self, way: Way, index: int) -> F4:
+        """Return a scene's last frame as it was taken."""
+        return placed(self._folder(way) / f"{index}.npz", self.side_px)[-1]
+
+    def _folder(self, way: Way) -> Path:
+        return self.out / "ways" / slug(way.name)
+
     def references(self, indices: tuple[int, ...], samples: int) -> dict[int, Halves]:
         """Return the references of scenes, rendered if they are not there; samples of each half."""
-        folder = self.settings.cache_dir / "bench" / self._key(samples)
-        missing = tuple(i for i in indices if not (folder / f"{i}.npz").is_file())
-        plain = RenderSettings(samples, Denoise.NONE, Prefilter.NONE, max_bounces=12)
-        way = Way("reference", plain, properties=UNBIASED)
-        seeds = tuple(int(factor_rng(0, half, "bench").integers(2**31)) for half in range(2))
-        for index in missing:  # one by one: what is done stays done
-            say(f"reference of scene {index}: 2 x {samples} samples")
-            part = folder / f"part{index}"
-            self._child(way, (index,), 2, seeds, part)
-            (part / f"{index}.npz").replace(folder / f"{index}.npz")
-        return {index: self._halves(folder / f"{index}.npz") for index in indices}
+        folder = self.settings.cache_dir / "bench"
+        kept = {i: folder / f"{key}.npz" for i, key in self._keys(indices, samples).items()}
+        for index, path in kept.items():
+            if not path.is_file():  # one by one: what is done stays done
+                say(f"reference of scene {index}: 2 x {samples} samples")
+                part = folder / f"part{index}"
+                way = _plain("reference", samples)
+                self._run(self._job(way, (index,), 2, _seeds(2), part))
+                (part / f"{index}.npz").replace(path)
+        return {index: self._halves(path) for index, path in kept.items()}
 
     def _halves(self, path: Path) -> Halves:
         first, second = placed(path, self.side_px)
         return Halves(first, second)
 
-    def _child(
+    def _job(
         self,
         way: Way,
         indices: tuple[int, ...],
         repeats: int,
         seeds: tuple[int, ...],
         folder: Path,
-    ) -> None:
-        job = Job(
+    ) -> Job:
+        return Job(
             way=way,
             indices=indices,
             repeats=repeats,
@@ -83,6 +92,9 @@ class Bench:
             out_dir=folder,
             seeds=seeds,
         )
+
+    def _run(self, job: Job) -> None:
+        (job.out_dir / JOB).unlink(missing_ok=True)
         done = subprocess.run(
             [sys.executable, "-m", "services.worker.bench.taking"],
             input=job.model_dump_json(),
@@ -92,18 +104,23 @@ class Bench:
             check=False,
         )
         if done.returncode != 0:
-            raise PermanentError(f"{way.name!r} failed: {done.stderr[-2000:]}")
+            raise PermanentError(f"{job.way.name!r} failed: {done.stderr[-2000:]}")
+        (job.out_dir / JOB).write_text(job.model_dump_json(), "utf-8")
 
-    def _key(self, samples: int) -> str:
-        """Return what a reference depends on, in 24 hexadecimal digits."""
-        digest = hashlib.sha256(f"{samples} {self.side_px} {version('bpy')}".encode())
-        worker = Path(str(files("services.worker")))
-        for package in DRAWN_BY:
-            for path in sorted((worker / package).rglob("*")):
-                if path.suffix in {".py", ".csv", ".npz", ".json"}:
-                    digest.update(path.read_bytes())
-        digest.update((worker / "bench" / "scenes.py").read_bytes())
-        return digest.hexdigest()[:24]
+    def _keys(self, indices: tuple[int, ...], samples: int) -> dict[int, str]:
+        """Return what each reference is known by, in 24 hexadecimal digits.
+
+        One sample a pixel is a digest of everything that light meets: a scene that would give
+        another reference gives another such picture; what changes no pixel changes no key.
+        """
+        probe = self.out / "probe"
+        self._run(self._job(_plain("probe", 1), indices, 1, _seeds(1), probe))
+        said = f"{samples} {self.side_px} {_seeds(2)} {version('bpy')}".encode()
+        keys = {}
+        for index in indices:
+            (picture,) = placed(probe / f"{index}.npz", self.side_px)
+            keys[index] = hashlib.sha256(said + picture.tobytes()).hexdigest()[:24]
+        return keys
 
 
 @dataclass(frozen=True)
@@ -117,6 +134,22 @@ class Taken:
     def picture(self, index: int, side_px: int) -> F4:
         """Return a scene's last frame on the whole picture (H, W, 4), exposed linear light."""
         return placed(self.folder / f"{index}.npz", side_px)[-1]
+
+
+def _plain(name: str, samples: int) -> Way:
+    """Return the way of references: no denoiser, no clamping, every bounce."""
+    settings = RenderSettings(samples, Denoise.NONE, Prefilter.NONE, max_bounces=12)
+    return Way(name, settings, properties=UNBIASED)
+
+
+def _asked_before(folder: Path, job: Job) -> bool:
+    """Say whether a folder holds all that the same job gave."""
+    asked = folder / JOB
+    return asked.is_file() and asked.read_text("utf-8") == job.model_dump_json()
+
+
+def _seeds(count: int) -> tuple[int, ...]:
+    return tuple(int(factor_rng(0, half, "bench").integers(2**31)) for half in range(count))
 
 
 def placed(path: Path, side_px: int) -> list[F4]:
