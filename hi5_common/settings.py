@@ -60,6 +60,9 @@ class Settings(BaseSettings):
     child_module: str = Field("services.worker.render_child", pattern=r"^[A-Za-z_][\w.]*$")
     """The module that renders: any that speaks the render child's protocol."""
     render_threads: int = Field(default_factory=lambda: len(os.sched_getaffinity(0)), ge=1)
+    device: str = Field("cpu", pattern=r"^(cpu|(optix|cuda|hip|oneapi|metal)(:.+)?)$")
+    """Where Cycles traces paths: cpu, a kind of GPU (its first), or a kind and an id, as
+    `hi5 doctor` lists them. What is not there is an error: nothing falls back to the CPU."""
     worker_slots: int = Field(1, ge=1)
     queue: str = "hi5.cpu"
 

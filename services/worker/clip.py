@@ -201,7 +201,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _refuse(spec, asked.index, asked.frames, asked.fps)
         settings = Settings()
         renderer = RendererName(asked.renderer or settings.renderer)
-        studio = open_studio(renderer, settings.render_threads, settings.cache_dir)
+        studio = open_studio(
+            renderer, settings.render_threads, settings.cache_dir, device=settings.device
+        )
         rows = render_clip(studio, spec, asked.index, asked.frames, asked.fps, asked.out)
     except Hi5Error as error:
         print(f"error: {error}", file=sys.stderr)  # noqa: T201  a command's own voice

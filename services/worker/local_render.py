@@ -66,7 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             settings.render_threads,
             settings.cache_dir,
             settings.resolved_assets_dir,
-            Plan.of(spec).cell(indices[0]).gender,
+            device=settings.device,
+            first=Plan.of(spec).cell(indices[0]).gender,
         )
         tally = render_all(studio, spec, indices, asked.out)
     except Hi5Error as error:

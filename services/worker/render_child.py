@@ -45,6 +45,7 @@ class Job(BaseModel):
     renderer: RendererName
     cache_dir: Path
     assets_dir: Path | None = None
+    device: str = "cpu"
     fault: None = None
 
 
@@ -64,7 +65,9 @@ def run(job: Job) -> None:
     """Render every image of a job. A failed image is reported and does not stop the others."""
     plan = Plan.of(job.spec)
     first = next((plan.cell(i).gender for i in job.indices if 0 <= i < job.spec.count), None)
-    studio = open_studio(job.renderer, job.threads, job.cache_dir, job.assets_dir, first)
+    studio = open_studio(
+        job.renderer, job.threads, job.cache_dir, job.assets_dir, first=first, device=job.device
+    )
     job.out_dir.mkdir(parents=True, exist_ok=True)
     send({"event": "ready", "pid": os.getpid(), "renderer": studio.renderer.versions})
     made = sum(_attempt(studio, job, plan, index) for index in job.indices)

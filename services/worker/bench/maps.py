@@ -71,7 +71,7 @@ def _inset(picture: F4, corner: tuple[int, int]) -> U1:
 
 
 def _tile(picture: F4, way: int = cv2.INTER_AREA) -> U1:
-    shown = np.clip(cv2.resize(picture, (TILE_PX, TILE_PX), interpolation=way), 0.0, 1.0)
+    shown: F4 = np.clip(cv2.resize(picture, (TILE_PX, TILE_PX), interpolation=way), 0.0, 1.0)
     tile: U1 = np.rint(shown * 255.0).astype(np.uint8)
     return tile
 
@@ -79,7 +79,7 @@ def _tile(picture: F4, way: int = cv2.INTER_AREA) -> U1:
 def _magma(found: F4) -> U1:
     small = cv2.resize(found, (TILE_PX, TILE_PX), interpolation=cv2.INTER_AREA)
     levels = np.rint(np.clip(small, 0.0, 1.0) * 255.0).astype(np.uint8)
-    coloured: U1 = cv2.applyColorMap(levels, cv2.COLORMAP_MAGMA)[..., ::-1].copy()
+    coloured: U1 = np.array(cv2.applyColorMap(levels, cv2.COLORMAP_MAGMA)[..., ::-1], np.uint8)
     return coloured
 
 

@@ -35,6 +35,7 @@ class RenderJob:
     renderer: str
     cache_dir: str
     assets_dir: str | None = None
+    device: str = "cpu"
     fault: str | None = None
 
 

@@ -124,6 +124,7 @@ class ShardRunner:
                 renderer=settings.renderer.value,
                 cache_dir=str(settings.cache_dir),
                 assets_dir=str(settings.resolved_assets_dir),
+                device=settings.device,
             ),
             folder=folder,
             extension=_EXTENSIONS[spec.image.format],

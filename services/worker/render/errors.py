@@ -1,6 +1,6 @@
 """Why a picture could not be made."""
 
-from hi5_common.domain.errors import TransientError
+from hi5_common.domain.errors import PermanentError, TransientError
 
 
 class RenderFailed(TransientError):
@@ -17,3 +17,7 @@ class EmptyFrame(RenderFailed):
 
 class BlackFrame(RenderFailed):
     """The hand is in the frame, but no light reached it."""
+
+
+class DeviceMissing(PermanentError):
+    """The device that HI5_DEVICE names cannot be used."""

@@ -28,7 +28,7 @@ def test_an_unforeseen_error_is_a_finding() -> None:
 
 def test_a_crash_of_the_probe_is_not_ours() -> None:
     with pytest.raises(CheckFailed, match="exit code -11"):
-        machine._in_subprocess("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
+        machine._in_subprocess("-c", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
 
 
 def test_a_new_machine_is_well_and_an_old_database_is_not(tmp_path: Path) -> None:

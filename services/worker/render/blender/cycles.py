@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hi5_common.domain.vocabulary import Gender
-from services.worker.render.blender import camera, film, mesh, session
+from services.worker.render.blender import camera, devices, film, mesh, session
 from services.worker.render.blender.material import new_skin_material
 from services.worker.render.blender.ornaments import OrnamentRack
 from services.worker.render.blender.skin_images import SkinImageShelf
@@ -34,13 +34,18 @@ class CyclesRenderer:
         threads: int,
         cache_dir: Path,
         *,
+        device: str = devices.CPU,
         persistent_data: bool = True,
         importance_map_px: int = IMPORTANCE_MAP_PX,
         properties: Mapping[str, object] = MappingProxyType({}),
     ) -> None:
-        """Open the process's Blender; properties: Cycles properties that benchmarks try out."""
+        """Open the process's Blender; properties: Cycles properties that benchmarks try out.
+
+        Raises DeviceMissing.
+        """
         self._session = session.open_session(threads, persistent_data=persistent_data)
         self._scene = self._session.scene
+        self._device = devices.take(self._scene, device)
         for name, value in properties.items():
             setattr(self._scene.cycles, name, value)
         self._skin = new_skin_material()
@@ -55,8 +60,9 @@ class CyclesRenderer:
 
     @property
     def versions(self) -> dict[str, str]:
-        """Return the Blender version that draws."""
-        return {"bpy": bpy.app.version_string}
+        """Return the Blender version that draws, and what it traces paths on if not on the CPU."""
+        gpu = {} if self._device == devices.CPU else {"device": self._device}
+        return {"bpy": bpy.app.version_string, **gpu}
 
     def prepare(self, gender: Gender, camera: Camera, keypoints_m: Array) -> None:
         """Begin to compile or load the skin maps of a view, in a thread that has no part of bpy."""

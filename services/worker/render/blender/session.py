@@ -56,7 +56,6 @@ def _set_process(scene: bpy.types.Scene, threads: int, persistent_data: bool) ->
     render.use_compositing = False
     render.use_sequencer = False
     render.use_texture_cache = False
-    scene.cycles.device = "CPU"
     scene.cycles.shading_system = False
 
 
