@@ -63,6 +63,9 @@ class Settings(BaseSettings):
     device: str = Field("cpu", pattern=r"^(cpu|(optix|cuda|hip|oneapi|metal)(:.+)?)$")
     """Where Cycles traces paths: cpu, a kind of GPU (its first), or a kind and an id, as
     `hi5 doctor` lists them. What is not there is an error: nothing falls back to the CPU."""
+    calibration: Path | None = None
+    """The table of `hi5 bench calibrate` that max_error and seconds_per_image go by; None is the
+    one that comes with hi5. Workers of one dataset must have the same: labels name it."""
     worker_slots: int = Field(1, ge=1)
     queue: str = "hi5.cpu"
 

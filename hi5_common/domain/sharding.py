@@ -13,6 +13,7 @@ SECONDS_PER_MEGAPIXEL = {
     Quality.HIGH: 16.0,
     Quality.REFERENCE: 200.0,
 }
+STANDARD_ERROR = 0.018
 SECONDS_PER_IMAGE = 0.4
 """Estimates for two CPU cores: standard from `hi5 render --json` at 320 and 640 pixels, the others
 by their samples. Only the size of shards depends on them, never an image."""
@@ -34,11 +35,20 @@ def images_per_shard(spec: DatasetSpec) -> int:
     """
     if spec.images_per_shard is not None:
         return spec.images_per_shard
-    megapixels = spec.image.width * spec.image.height / 1e6
-    seconds = SECONDS_PER_IMAGE + SECONDS_PER_MEGAPIXEL[spec.render.quality] * megapixels
-    by_time = max(1, min(1000, round(TARGET_S / seconds)))
+    by_time = max(1, min(1000, round(TARGET_S / _seconds_per_image(spec))))
     by_number = -(-spec.count // MAX_SHARDS)
     return max(by_time, by_number)
+
+
+def _seconds_per_image(spec: DatasetSpec) -> float:
+    """Return about how long an image takes, only to size shards by."""
+    asked = spec.render
+    if asked.seconds_per_image is not None:
+        return SECONDS_PER_IMAGE + asked.seconds_per_image
+    per_megapixel = SECONDS_PER_MEGAPIXEL[asked.quality or Quality.STANDARD]
+    if asked.max_error is not None:  # error falls with the root of the samples
+        per_megapixel *= (STANDARD_ERROR / asked.max_error) ** 2
+    return SECONDS_PER_IMAGE + per_megapixel * spec.image.width * spec.image.height / 1e6
 
 
 def shard_ranges(count: int, size: int) -> Iterator[ShardRange]:

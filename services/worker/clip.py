@@ -202,7 +202,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         settings = Settings()
         renderer = RendererName(asked.renderer or settings.renderer)
         studio = open_studio(
-            renderer, settings.render_threads, settings.cache_dir, device=settings.device
+            renderer,
+            settings.render_threads,
+            settings.cache_dir,
+            device=settings.device,
+            calibration=settings.calibration,
         )
         rows = render_clip(studio, spec, asked.index, asked.frames, asked.fps, asked.out)
     except Hi5Error as error:

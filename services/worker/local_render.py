@@ -67,6 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             settings.cache_dir,
             settings.resolved_assets_dir,
             device=settings.device,
+            calibration=settings.calibration,
             first=Plan.of(spec).cell(indices[0]).gender,
         )
         tally = render_all(studio, spec, indices, asked.out)

@@ -46,6 +46,7 @@ class Job(BaseModel):
     cache_dir: Path
     assets_dir: Path | None = None
     device: str = "cpu"
+    calibration: Path | None = None
     fault: None = None
 
 
@@ -66,7 +67,13 @@ def run(job: Job) -> None:
     plan = Plan.of(job.spec)
     first = next((plan.cell(i).gender for i in job.indices if 0 <= i < job.spec.count), None)
     studio = open_studio(
-        job.renderer, job.threads, job.cache_dir, job.assets_dir, first=first, device=job.device
+        job.renderer,
+        job.threads,
+        job.cache_dir,
+        job.assets_dir,
+        first=first,
+        device=job.device,
+        calibration=job.calibration,
     )
     job.out_dir.mkdir(parents=True, exist_ok=True)
     send({"event": "ready", "pid": os.getpid(), "renderer": studio.renderer.versions})

@@ -12,12 +12,13 @@ from hi5_common.domain.spec import DatasetSpec
 from services.worker.compose.encode import EXTENSIONS, encode_picture
 from services.worker.compose.picture import compose_picture
 from services.worker.label.label import label_image
-from services.worker.label.projected import ProjectedMesh, project_mesh
+from services.worker.label.projected import project_mesh
 from services.worker.label.provenance import Making, provenance
 from services.worker.label.region import touched_region
+from services.worker.render.calibration import Calibration, Choice, Features, choose, shipped
 from services.worker.render.checks import check_frame
 from services.worker.render.port import Frame, Renderer
-from services.worker.render.settings import QUALITY_SETTINGS
+from services.worker.render.rect import PixelRect
 from services.worker.scene.environments import bake_ahead, load_panorama
 from services.worker.scene.geometry import build_geometry
 from services.worker.scene.library import HandLibrary
@@ -61,6 +62,7 @@ class Studio:
 
     renderer: Renderer
     hands: HandLibrary
+    calibration: Calibration = field(default_factory=shipped)
 
     def make_sample(self, spec: DatasetSpec, plan: Plan, index: int) -> Sample:
         """Return image `index` of a spec: image and label are functions of (spec, index) alone.
@@ -81,10 +83,21 @@ class Studio:
         with watch.phase("geometry"):
             geometry = build_geometry(scene, self.hands)
             mesh = project_mesh(scene.camera, geometry)
-        frame = self._frame(spec, scene, geometry, mesh, watch)
+            region = touched_region(mesh)
+            features = Features.of(scene, mesh, region)
+            choice = choose(spec.render, features, self.calibration)
+        frame = self._frame(scene, geometry, region, choice, watch)
         extension = EXTENSIONS[spec.image.format]
         with watch.phase("label"):
-            label = self._label(spec, scene, geometry, mesh, f"{file_stem}.{extension}")
+            making = Making.of(self.renderer, spec.render, choice, self._hand_sha256(scene))
+            label = label_image(
+                scene,
+                geometry,
+                mesh,
+                frozenset(spec.labels),
+                file_name=f"{file_stem}.{extension}",
+                resolved=provenance(scene, making),
+            )
         with watch.phase("compose"):
             pixels = compose_picture(scene, frame, load_panorama(scene.light.environment))
         with watch.phase("encode"):
@@ -93,39 +106,19 @@ class Studio:
 
     def _frame(
         self,
-        spec: DatasetSpec,
         scene: HandScene,
         geometry: SceneGeometry,
-        mesh: ProjectedMesh,
+        region: PixelRect,
+        choice: Choice,
         watch: Stopwatch,
     ) -> Frame | None:
-        region = touched_region(mesh)
         if region.is_empty:
             return None
-        settings = QUALITY_SETTINGS[spec.render.quality]
-        frame = self.renderer.render(scene, geometry, region, settings)
+        frame = self.renderer.render(scene, geometry, region, choice.settings)
         watch.phases_s.update({f"render_{name}": s for name, s in frame.phases_s.items()})
         check_frame(frame, scene.light.exposure_ev)
         return frame
 
-    def _label(
-        self,
-        spec: DatasetSpec,
-        scene: HandScene,
-        geometry: SceneGeometry,
-        mesh: ProjectedMesh,
-        file_name: str,
-    ) -> ImageLabel:
+    def _hand_sha256(self, scene: HandScene) -> str:
         hand = self.hands.hand(scene.cell.gender, scene.cell.handedness, scene.shape)
-        quality = spec.render.quality
-        making = Making.of(
-            self.renderer, quality, QUALITY_SETTINGS[quality], hand.model.content_hash
-        )
-        return label_image(
-            scene,
-            geometry,
-            mesh,
-            frozenset(spec.labels),
-            file_name=file_name,
-            resolved=provenance(scene, making),
-        )
+        return hand.model.content_hash

@@ -52,3 +52,27 @@ def bench_render(
     command = python_module("services.worker.bench", *arguments)
     finished = subprocess.run(command, env=importing_us(os.environ), check=False)
     raise typer.Exit(finished.returncode)
+
+
+@app.command("calibrate")
+def bench_calibrate(
+    out: Annotated[Path, typer.Option("--out", help="The table to write, a .json file.")],
+    name: Annotated[str, typer.Option("--name", help="What labels call it: a kind of machine.")],
+    time_only: Annotated[
+        bool, typer.Option("--time-only", help="Minutes: errors come from the table of hi5.")
+    ] = False,
+    reference_samples: Annotated[
+        int, typer.Option(min=1, help="Samples of each half of a reference.")
+    ] = 256,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Keep what an earlier run left, and go on.")
+    ] = False,
+) -> None:
+    """Measure the table by which max_error and seconds_per_image choose samples."""
+    Settings()  # refuses a wrong variable in this command's words
+    arguments = [f"--out={out}", f"--name={name}", f"--reference-samples={reference_samples}"]
+    arguments += ["--time-only"] if time_only else []
+    arguments += ["--resume"] if resume else []
+    command = python_module("services.worker.bench.calibrate", *arguments)
+    finished = subprocess.run(command, env=importing_us(os.environ), check=False)
+    raise typer.Exit(finished.returncode)

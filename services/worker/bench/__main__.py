@@ -8,12 +8,9 @@ results.json and a page with its plots. --reduced takes three scenes, few sample
 
 import argparse
 import json
-import os
-import platform
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
@@ -24,6 +21,7 @@ from hi5_common.settings import Settings
 from services.worker.bench import ways
 from services.worker.bench.errors import Halves, errors_of
 from services.worker.bench.figures import Measured, Result, pareto, speedups
+from services.worker.bench.machine import machine
 from services.worker.bench.maps import MAPS, write_maps
 from services.worker.bench.page import write_page
 from services.worker.bench.runs import Bench, say
@@ -164,24 +162,6 @@ def scene_document(scenes: Any, index: int) -> dict[str, object]:
     cell = scenes.plan.cell(index)
     names = ("gender", "skin_tone", "pose", "environment", "viewpoint")
     return {"index": index, **{name: str(getattr(cell, name)) for name in names}}
-
-
-def machine(threads: int) -> dict[str, object]:
-    """Return what was measured on."""
-    words = [
-        line.split(":", 1)[1].strip()
-        for line in Path("/proc/cpuinfo").read_text("utf-8").splitlines()
-        if line.startswith("model name")
-    ]
-    return {
-        "processor": words[0] if words else platform.processor(),
-        "cores": os.cpu_count(),
-        "threads": threads,
-        "python": platform.python_version(),
-        "bpy": version("bpy"),
-        "hi5": version("hi5"),
-        "load": os.getloadavg()[0],
-    }
 
 
 def _need_what_it_draws_with() -> None:

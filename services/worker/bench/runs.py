@@ -19,6 +19,7 @@ from hi5_common.settings import Settings
 from services.worker.bench.errors import F4, Halves
 from services.worker.bench.taking import Job
 from services.worker.bench.ways import Way
+from services.worker.render.calibration import Features
 from services.worker.render.settings import Denoise, Prefilter, RenderSettings
 
 UNBIASED = (("sample_clamp_indirect", 0.0),)
@@ -47,7 +48,8 @@ class Bench:
             self._run(job)
         answer = json.loads((folder / "times.json").read_text("utf-8"))
         times = {int(index): rows for index, rows in answer["times_s"].items()}
-        return Taken(folder, times, answer["versions"])
+        features = {int(index): Features(**row) for index, row in answer["features"].items()}
+        return Taken(folder, times, features, answer["versions"])
 
     def picture(self, way: Way, index: int) -> F4:
         """Return a scene's last frame as it was taken."""
@@ -129,6 +131,7 @@ class Taken:
 
     folder: Path
     times_s: Mapping[int, list[dict[str, float]]]
+    features: Mapping[int, Features]
     versions: Mapping[str, object]
 
     def picture(self, index: int, side_px: int) -> F4:

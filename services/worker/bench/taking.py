@@ -11,7 +11,7 @@ import json
 import os
 import sys
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,15 +20,19 @@ from pydantic import BaseModel, ConfigDict
 from hi5_common.domain.vocabulary import Gender
 from services.worker.bench.scenes import bench_scenes
 from services.worker.bench.ways import Way
+from services.worker.label.projected import project_mesh
+from services.worker.label.region import touched_region
 from services.worker.places.bakery import Oven
 from services.worker.places.panoramas import Panoramas
 from services.worker.render.blender.cycles import CyclesRenderer
 from services.worker.render.blender.timeline import timeline
+from services.worker.render.calibration import Features
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
 from services.worker.sample import Stopwatch, Studio
 from services.worker.scene.environments import furnish
+from services.worker.scene.geometry import build_geometry
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.sampling import sample_scene
 from services.worker.scene.types import Array, Camera, HandScene, SceneGeometry
@@ -114,6 +118,7 @@ def main() -> int:
     times: dict[int, list[dict[str, float]]] = {index: [] for index in job.indices}
     frames: dict[int, list[Frame]] = {index: [] for index in job.indices}
     gains: dict[int, np.ndarray] = {}
+    features: dict[int, Features] = {}
 
     def take(index: int) -> dict[str, float]:
         watch = Stopwatch()
@@ -121,8 +126,9 @@ def main() -> int:
         with watch.phase("scene"):
             scene = sample_scene(bench.spec, bench.plan, index, studio.hands, tried.prepare)
         studio.developed(bench.spec, scene, str(index), watch)
-        gains[index] = scene.light.gain
         total = time.perf_counter() - started
+        gains[index] = scene.light.gain
+        features[index] = _features(scene, studio.hands)
         return {**watch.phases_s, **_prefixed("cycles_", tried.phases_s), "total": total}
 
     for index in job.indices[:1] if job.seeds else job.indices:
@@ -137,9 +143,15 @@ def main() -> int:
     for index in job.indices:
         _save(job.out_dir / f"{index}.npz", frames[index], gains[index])
     versions = {**inner.versions, "threads": job.threads}
-    answer = {"times_s": times, "versions": versions}
+    told = {index: asdict(found) for index, found in features.items()}
+    answer = {"times_s": times, "features": told, "versions": versions}
     (job.out_dir / "times.json").write_text(json.dumps(answer), encoding="utf-8")
     return 0
+
+
+def _features(scene: HandScene, hands: HandLibrary) -> Features:
+    mesh = project_mesh(scene.camera, build_geometry(scene, hands))
+    return Features.of(scene, mesh, touched_region(mesh))
 
 
 def _prefixed(prefix: str, values: dict[str, float]) -> dict[str, float]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from hi5_common.domain.spec import Quality
+from services.worker.render import calibration
 from services.worker.render.settings import QUALITY_SETTINGS, Denoise, Prefilter, RenderSettings
 
 ADAPTIVE = (
@@ -47,6 +48,15 @@ def front(samples: tuple[int, ...]) -> list[Way]:
         for denoise, prefilter in denoisers
         for count in samples
         for settings in (RenderSettings(count, denoise, prefilter),)
+    ]
+
+
+def balanced(samples: tuple[int, ...]) -> list[Way]:
+    """Return the ways that a calibration is fitted to: its denoiser by samples."""
+    return [
+        Way(_name(settings), settings)
+        for count in samples
+        for settings in (RenderSettings(count, calibration.DENOISE, calibration.PREFILTER),)
     ]
 
 

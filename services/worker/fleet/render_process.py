@@ -36,6 +36,7 @@ class RenderJob:
     cache_dir: str
     assets_dir: str | None = None
     device: str = "cpu"
+    calibration: str | None = None
     fault: str | None = None
 
 

@@ -125,6 +125,7 @@ class ShardRunner:
                 cache_dir=str(settings.cache_dir),
                 assets_dir=str(settings.resolved_assets_dir),
                 device=settings.device,
+                calibration=None if settings.calibration is None else str(settings.calibration),
             ),
             folder=folder,
             extension=_EXTENSIONS[spec.image.format],

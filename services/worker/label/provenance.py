@@ -4,10 +4,10 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from hi5_common.domain.spec import Quality
+from hi5_common.domain.spec import RenderRequest
 from hi5_common.version import hi5_version
+from services.worker.render.calibration import Choice
 from services.worker.render.port import Renderer
-from services.worker.render.settings import RenderSettings
 from services.worker.scene.environments import entry_of, light_of, panorama_sha256
 from services.worker.scene.types import HandScene
 
@@ -18,16 +18,16 @@ class Making:
 
     renderer: str
     renderer_versions: dict[str, str]
-    quality: Quality
-    settings: RenderSettings
+    request: RenderRequest
+    choice: Choice
     hand_sha256: str
 
     @classmethod
     def of(
-        cls, renderer: Renderer, quality: Quality, settings: RenderSettings, hand_sha256: str
+        cls, renderer: Renderer, request: RenderRequest, choice: Choice, hand_sha256: str
     ) -> "Making":
         """Read the renderer's name and versions."""
-        return cls(renderer.name, renderer.versions, quality, settings, hand_sha256)
+        return cls(renderer.name, renderer.versions, request, choice, hand_sha256)
 
 
 def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
@@ -49,8 +49,9 @@ def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
         "render_seed": scene.render_seed,
         "renderer": making.renderer,
         "renderer_versions": making.renderer_versions,
-        "quality": making.quality.value,
-        "settings": asdict(making.settings),
+        "render": making.request.model_dump(mode="json", exclude_none=True),
+        "settings": asdict(making.choice.settings),
+        "prediction": _prediction(making.choice),
         "hi5_version": hi5_version(),
         "assets_sha256": {
             "hand": making.hand_sha256,
@@ -60,6 +61,17 @@ def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
     # Through JSON once, so that a label read back equals the label that was written.
     plain: dict[str, Any] = json.loads(json.dumps(document))
     return plain
+
+
+def _prediction(choice: Choice) -> dict[str, Any] | None:
+    """Return what the samples were chosen by; None for a quality, which has its own."""
+    if choice.calibration is None:
+        return None
+    return {
+        "calibration": choice.calibration,
+        "error": choice.predicted_error,
+        "seconds": choice.predicted_s,
+    }
 
 
 def _place(environment: str) -> dict[str, Any]:

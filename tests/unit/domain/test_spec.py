@@ -45,6 +45,18 @@ WRONG = [
     ("count: 3\nimage: {format: gif}", "image.format", "'gif'", "'jpeg' or 'png'"),
     ("count: 3\nimage: {jpeg_quality: 101}", "image.jpeg_quality", "101", "equal to 100"),
     ("count: 3\nrender: {quality: best}", "render.quality", "'best'", "'standard'"),
+    ("count: 3\nrender: {max_error: 0}", "render.max_error", "0", "equal to 0.003"),
+    ("count: 3\nrender: {max_error: .nan}", "render.max_error", "nan", "finite number"),
+    (
+        "count: 3\nrender: {seconds_per_image: -1}",
+        "render.seconds_per_image",
+        "-1",
+        "equal to 0.05",
+    ),
+    (
+        "count: 3\nrender: {quality: high, max_error: 0.01}",
+        *("render", "quality and max_error", "Name one of"),
+    ),
     ("count: 3\nlabels: []", "labels", "[]", "at least 1"),
     ("count: 3\nlabels: [box, box]", "labels", "'box'", "once"),
     ("count: 3\nlabels: [boxes]", "labels.0", "'boxes'", "'box'"),
@@ -108,6 +120,14 @@ def test_every_problem_is_named_at_once() -> None:
         "sede",
         "attributes.gender",
     }
+
+
+def test_an_error_or_a_time_stands_for_a_quality_and_survives_being_stored() -> None:
+    for way, value in (("max_error", 0.02), ("seconds_per_image", 1.5), ("quality", "draft")):
+        spec = parse_spec({"count": 1, "render": {way: value}})
+        again = parse_spec_text(spec.canonical_json())
+        assert again == spec
+        assert again.render.model_dump(exclude_none=True, mode="json") == {way: value}
 
 
 def test_defaults_are_the_papers() -> None:
