@@ -110,6 +110,7 @@ def main() -> int:
         job.cache_dir,
         persistent_data=way.persistent,
         importance_map_px=way.importance_map_px,
+        clamp_white=way.clamp_white,
         properties=dict(way.properties),
     )
     tried = TriedRenderer(inner, way)

@@ -25,6 +25,8 @@ class Way:
     persistent: bool = True
     group: str = "front"
     importance_map_px: int = IMPORTANCE_MAP_PX
+    clamp_white: tuple[float, float] | None = None
+    """Direct and indirect light of a sample, at most so many times white; None: the renderer's."""
     properties: tuple[tuple[str, object], ...] = ()
     """Cycles properties beside those of the settings."""
 
@@ -100,6 +102,9 @@ def ablations() -> list[Way]:
             "", replace(STANDARD, samples=4 * STANDARD.samples), properties=ADAPTIVE
         ),
         "no light tree": Way("", STANDARD, properties=(("use_light_tree", False),)),
+        "indirect light cut at 4 x white": Way("", STANDARD, clamp_white=(0.0, 4.0)),
+        "indirect light cut at 1 x white": Way("", STANDARD, clamp_white=(0.0, 1.0)),
+        "direct light cut at 16 x white, indirect at 4": Way("", STANDARD, clamp_white=(16.0, 4.0)),
         "no clamping": Way("", STANDARD, properties=(("sample_clamp_indirect", 0.0),)),
         "blue noise": Way("", STANDARD, properties=(("sampling_pattern", "BLUE_NOISE"),)),
     }

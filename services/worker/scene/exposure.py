@@ -45,11 +45,16 @@ class Lamps:
 
 @cache
 def lamps_of(environment: str) -> Lamps:
-    """Return an environment's panorama, not turned, as lamps in the middle of their blocks' light.
+    """Return an environment's panorama, not turned, as lamps."""
+    return lamps_in(load_panorama(environment))
+
+
+def lamps_in(panorama: npt.NDArray[np.float32]) -> Lamps:
+    """Return a panorama (H, W, 3) as lamps in the middle of their blocks' light.
 
     Longitude grows to the left from +x in the middle of the panorama; the top row is straight up.
     """
-    radiance = _whole_blocks(load_panorama(environment)).astype(np.float64)
+    radiance = _whole_blocks(panorama).astype(np.float64)
     luminance = radiance @ LUMINANCE
     height, width = luminance.shape
     latitude = (0.5 - (np.arange(height) + 0.5) / height) * math.pi

@@ -37,14 +37,19 @@ class CyclesRenderer:
         device: str = devices.CPU,
         persistent_data: bool = True,
         importance_map_px: int = IMPORTANCE_MAP_PX,
+        world_seen: bool = False,
+        clamp_white: tuple[float, float] | None = None,
         properties: Mapping[str, object] = MappingProxyType({}),
     ) -> None:
-        """Open the process's Blender; properties: Cycles properties that benchmarks try out.
+        """Open the process's Blender. Raises DeviceMissing.
 
-        Raises DeviceMissing.
+        For benchmarks: world_seen draws the panorama behind the hand, which composing does in a
+        dataset's images; clamp_white cuts a sample's direct and indirect light to so many
+        times white, 0 to none; properties are Cycles properties to try out.
         """
         self._session = session.open_session(threads, persistent_data=persistent_data)
         self._scene = self._session.scene
+        self._scene.render.film_transparent = not world_seen
         self._device = devices.take(self._scene, device)
         for name, value in properties.items():
             setattr(self._scene.cycles, name, value)
@@ -52,6 +57,7 @@ class CyclesRenderer:
         self._shelf = SkinImageShelf(cache_dir)
         self._world = new_world(self._scene, importance_map_px)
         camera.new_camera(self._scene)
+        self._clamp_white = clamp_white
         self._film = film.MemoryFile()
         self._ornaments = OrnamentRack(self._scene)
         self._persistent_data = persistent_data
@@ -86,6 +92,7 @@ class CyclesRenderer:
         self._light(scene.light)
         camera.aim(self._scene, scene.camera, region)
         session.apply_settings(self._scene, settings, scene.render_seed)
+        self._clamp(scene.light)
         # What comes and goes would leave the kept scene in an order that depends on the past.
         self._scene.render.use_persistent_data = self._persistent_data and not dressed
         placed = time.perf_counter()
@@ -103,6 +110,13 @@ class CyclesRenderer:
         detail = detail_for(scene.camera, geometry.keypoints_m)
         polish = scene.skin.nail_polish
         return detail if polish is None or polish.rgb is None else finer(detail)
+
+    def _clamp(self, light: Light) -> None:
+        if self._clamp_white is not None:
+            white = 1.0 / float(light.gain.max())
+            direct, indirect = (times * white for times in self._clamp_white)
+            self._scene.cycles.sample_clamp_direct = direct
+            self._scene.cycles.sample_clamp_indirect = indirect
 
     def _light(self, light: Light) -> None:
         self._world.light(light)

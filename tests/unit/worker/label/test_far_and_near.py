@@ -3,19 +3,27 @@
 Every bound is stated beside what it bounds; the oracle is the one of 40 digits.
 """
 
-import math
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
+from benchmarks.stability.against import (
+    backed,
+    drawn,
+    from_within,
+    resized,
+    shifted,
+    single_px,
+    through_lens,
+    worst_px,
+)
+from services.worker.label.projected import project_mesh
 from services.worker.label.projection import NEAR_M, to_camera, to_pixels
+from services.worker.label.raster import rasterise
+from services.worker.label.region import touched_region
 from services.worker.scene.geometry import build_geometry
 from services.worker.scene.library import HandLibrary
-from services.worker.scene.types import Camera, HandScene, Intrinsics
-from tests.unit.worker.label.test_oracle import ORDINARY_PX, drawn, worst_px
-
-SENSOR_MM = 36.0
+from services.worker.scene.types import HandScene
+from tests.unit.worker.label.test_oracle import ORDINARY_PX
 
 
 @pytest.fixture(scope="module")
@@ -28,16 +36,6 @@ def scene(hands: HandLibrary) -> HandScene:
     return drawn(hands, 11)
 
 
-def shifted(scene: HandScene, away_m: float) -> HandScene:
-    """The same picture, hand and camera away_m from the origin."""
-    away = away_m * np.array([2.0, -1.0, 2.0]) / 3.0
-    placed = scene.hand_to_world.copy()
-    placed[:3, 3] += away
-    looked = scene.camera.world_to_camera.copy()
-    looked[:3, 3] -= looked[:3, :3] @ away
-    return replace(scene, hand_to_world=placed, camera=Camera(scene.camera.intrinsics, looked))
-
-
 @pytest.mark.parametrize("away_m", [1e-3, 1.0, 1e3, 1e4])
 def test_a_hand_anywhere_within_ten_kilometres(
     scene: HandScene, hands: HandLibrary, away_m: float
@@ -48,19 +46,7 @@ def test_a_hand_anywhere_within_ten_kilometres(
 
 @pytest.mark.parametrize("focal_mm", [2.0, 8.0, 50.0, 400.0, 2000.0])
 def test_any_lens(scene: HandScene, hands: HandLibrary, focal_mm: float) -> None:
-    lens = scene.camera.intrinsics
-    focal_px = focal_mm / SENSOR_MM * lens.width_px
-    longer = Intrinsics(focal_px, focal_px, lens.cx_px, lens.cy_px, lens.width_px, lens.height_px)
-    seen = replace(scene, camera=Camera(longer, scene.camera.world_to_camera))
-    assert worst_px(seen, hands) < ORDINARY_PX
-
-
-def backed(scene: HandScene, hands: HandLibrary, depth_m: float) -> HandScene:
-    """The camera moved along its axis until the first keypoint lies depth_m before its plane."""
-    camera_m = to_camera(scene.camera, build_geometry(scene, hands).keypoints_m)
-    looked = scene.camera.world_to_camera.copy()
-    looked[2, 3] += depth_m - camera_m[0, 2]
-    return replace(scene, camera=Camera(scene.camera.intrinsics, looked))
+    assert worst_px(through_lens(scene, focal_mm), hands) < ORDINARY_PX
 
 
 @pytest.mark.parametrize("depth_m", [-0.05, -1e-9, 0.0, 1e-9, 0.9 * NEAR_M])
@@ -81,12 +67,25 @@ def test_points_just_before_the_plane(scene: HandScene, hands: HandLibrary) -> N
 
 def test_single_precision_would_not_do(scene: HandScene, hands: HandLibrary) -> None:
     """What float32 would cost: the reason that labels are float64."""
-    keypoints_m = build_geometry(scene, hands).keypoints_m
-    rough = keypoints_m.astype(np.float32)
-    matrix = scene.camera.world_to_camera.astype(np.float32)
-    camera_m = rough @ matrix[:3, :3].T + matrix[:3, 3]
-    single = to_pixels(scene.camera.intrinsics, camera_m.astype(np.float64))
-    double = to_pixels(scene.camera.intrinsics, to_camera(scene.camera, keypoints_m))
-    worst = float(np.abs(single - double).max())
-    assert 1e-5 < worst < 1e-2
-    assert math.isfinite(worst)
+    assert 1e-5 < single_px(scene, hands) < 1e-2
+    assert single_px(shifted(scene, 1e4), hands) > 1.0
+
+
+@pytest.mark.parametrize("side_px", [16, 8192])
+def test_the_smallest_and_the_largest_picture(
+    scene: HandScene, hands: HandLibrary, side_px: int
+) -> None:
+    assert worst_px(resized(scene, side_px), hands) < ORDINARY_PX
+
+
+def test_a_camera_in_the_palm_labels_what_is_before_it(
+    scene: HandScene, hands: HandLibrary
+) -> None:
+    within = from_within(scene, hands)
+    assert worst_px(within, hands) < 1e-4
+    mesh = project_mesh(within.camera, build_geometry(within, hands))
+    region = touched_region(mesh)
+    assert 0 <= region.left <= region.right <= within.camera.intrinsics.width_px
+    seen = rasterise(mesh)
+    assert np.isfinite(seen.depth_m[seen.covered]).all()
+    assert (seen.depth_m[seen.covered] > 0.0).all()

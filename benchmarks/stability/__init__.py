@@ -1,0 +1,1 @@
+"""Numbers at the ends of their ranges: how wrong, or refused in which words."""
