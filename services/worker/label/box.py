@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hi5_common.domain.labels import Box
-from services.worker.label.projected import ProjectedMesh
+from services.worker.label.projected import ProjectedMesh, all_of
 from services.worker.label.projection import F8
 
 
@@ -14,11 +14,11 @@ def tight_box(mesh: ProjectedMesh, of_vertex: npt.NDArray[np.bool_]) -> Box | No
     Edges are cut at the frame, so a hand that leaves the picture gets a box that ends there.
     None if nothing of it is in the frame. of_vertex: (W,).
     """
-    triangles = mesh.triangles[of_vertex[mesh.triangles].all(axis=1)]
-    corners = mesh.vertices_px[triangles]
+    corners = mesh.corners_px[all_of(of_vertex[mesh.triangles])]
     size = np.array([mesh.intrinsics.width_px, mesh.intrinsics.height_px], dtype=np.float64)
-    inside = ((corners >= 0) & (corners <= size)).all(axis=-1)
-    leaving = corners[~inside.all(axis=1)]
+    x, y = corners[..., 0], corners[..., 1]
+    inside = (x >= 0) & (x <= size[0]) & (y >= 0) & (y <= size[1])
+    leaving = corners[~all_of(inside)]
     points = np.concatenate([corners[inside], _clipped(_sides(leaving), size)])
     if not len(points):
         return None

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from services.worker.label.projected import I8, ProjectedMesh
+from services.worker.label.projected import I8, ProjectedMesh, all_of
 from services.worker.label.projection import F8
 
 CHUNK = 1 << 20
@@ -63,7 +63,7 @@ def rasterise(mesh: ProjectedMesh) -> Surface:
 
 def barycentric(mesh: ProjectedMesh, rows: I8, x_px: F8, y_px: F8) -> F8:
     """Return (N, 3) screen-space barycentric weights of points in triangles `rows` (N,)."""
-    a, b, c = np.moveaxis(mesh.vertices_px[mesh.triangles[rows]], 1, 0)
+    a, b, c = np.moveaxis(mesh.corners_px[rows], 1, 0)
     wa = _cross(b[:, 0] - x_px, b[:, 1] - y_px, c[:, 0] - x_px, c[:, 1] - y_px)
     wb = _cross(c[:, 0] - x_px, c[:, 1] - y_px, a[:, 0] - x_px, a[:, 1] - y_px)
     area = _cross(b[:, 0] - a[:, 0], b[:, 1] - a[:, 1], c[:, 0] - a[:, 0], c[:, 1] - a[:, 1])
@@ -73,17 +73,17 @@ def barycentric(mesh: ProjectedMesh, rows: I8, x_px: F8, y_px: F8) -> F8:
 
 def _candidates(mesh: ProjectedMesh) -> Iterator[tuple[I8, F8, I8]]:
     """Yield (pixel, 1 / depth, triangle row) of every pixel centre inside a triangle."""
-    corners = mesh.vertices_px[mesh.triangles]
+    least, most = mesh.bounds_px
     size = (mesh.intrinsics.width_px, mesh.intrinsics.height_px)
-    low = np.clip(np.ceil(corners.min(axis=1) - 0.5), 0, size).astype(np.intp)
-    high = np.clip(np.floor(corners.max(axis=1) + 0.5), 0, size).astype(np.intp)
+    low = np.clip(np.ceil(least - 0.5), 0, size).astype(np.intp)
+    high = np.clip(np.floor(most + 0.5), 0, size).astype(np.intp)
     span = high - low
     # Of a closed surface only triangles that face the camera can be first; y points down, so
     # their outward (counter-clockwise) winding gives a negative area.
-    rows = np.flatnonzero((span > 0).all(axis=1) & (_twice_area(corners) < 0))
+    rows = np.flatnonzero(all_of(span > 0) & (_twice_area(mesh.corners_px) < 0))
     spans = np.exp2(np.ceil(np.log2(span[rows]))).astype(np.intp)
     for wide, tall in np.unique(spans, axis=0):
-        group = rows[(spans == (wide, tall)).all(axis=1)]
+        group = rows[all_of(spans == (wide, tall))]
         step = max(1, CHUNK // int(wide * tall))
         for start in range(0, len(group), step):
             yield _inside(mesh, group[start : start + step], low, high, (int(wide), int(tall)))
@@ -98,7 +98,7 @@ def _inside(
     boxed = (x < high[row, 0]) & (y < high[row, 1])
     x, y, row = x[boxed], y[boxed], row[boxed]
     weights = barycentric(mesh, row, x + 0.5, y + 0.5)
-    hit = (weights >= 0).all(axis=-1)
+    hit = all_of(weights >= 0)
     x, y, row, weights = x[hit], y[hit], row[hit], weights[hit]
     nearness = 1.0 / mesh.vertices_camera_m[mesh.triangles[row], 2]
     return y * mesh.intrinsics.width_px + x, (weights * nearness).sum(axis=-1), row

@@ -17,12 +17,12 @@ MIN_SIDE_PX = 4
 def touched_region(mesh: ProjectedMesh) -> PixelRect:
     """Return the rectangle, inside the frame, of every pixel the mesh can touch; may be empty."""
     width, height = mesh.intrinsics.width_px, mesh.intrinsics.height_px
-    seen = mesh.vertices_px[mesh.triangles.ravel()]
-    if not len(seen):
+    if not len(mesh.triangles):
         return PixelRect(0, 0, 0, 0)
+    least, most = mesh.bounds_px
     limit = 4.0 * max(width, height)
-    left, top = np.floor(np.clip(seen.min(axis=0), -limit, limit)).astype(int).tolist()
-    right, bottom = np.ceil(np.clip(seen.max(axis=0), -limit, limit)).astype(int).tolist()
+    left, top = np.floor(np.clip(least.min(axis=0), -limit, limit)).astype(int).tolist()
+    right, bottom = np.ceil(np.clip(most.max(axis=0), -limit, limit)).astype(int).tolist()
     rect = PixelRect(left, top, right, bottom).grown(FILTER_MARGIN_PX).clipped(width, height)
     return rect if rect.is_empty else _at_least(rect, width, height)
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from hi5_common.domain.vocabulary import KEYPOINTS, KeypointVisibility
 from services.worker.hand.parts import KEYPOINT_PARTS, HandPart
 from services.worker.label.occluders import OCCLUDERS
-from services.worker.label.projected import I8, ProjectedMesh
+from services.worker.label.projected import I8, ProjectedMesh, all_of
 from services.worker.label.projection import F8, NEAR_M, in_frame
 from services.worker.label.raster import barycentric
 from services.worker.ornaments.mesh import OrnamentName
@@ -45,8 +45,7 @@ def sight_keypoints(
     occluder (N,) by vertex (see occluders.py); camera_m (21, 3); pixels (21, 2).
     """
     inside = in_frame(mesh.intrinsics, pixels)
-    corners = mesh.vertices_px[mesh.triangles]
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    (left, top), (right, bottom) = (bound.T for bound in mesh.bounds_px)
     sights = []
     for number in range(len(KEYPOINTS)):
         if camera_m[number, 2] <= NEAR_M:
@@ -55,7 +54,8 @@ def sight_keypoints(
             sights.append(Sight(KeypointVisibility.OUT_OF_FRAME, None, None))
         else:
             pixel = pixels[number]
-            rows = np.flatnonzero(((low <= pixel) & (high >= pixel)).all(axis=1))
+            x, y = pixel
+            rows = np.flatnonzero((left <= x) & (right >= x) & (top <= y) & (bottom >= y))
             hit = first_hit(mesh, rows, pixel)
             sights.append(_judged(number, hit, occluder, camera_m[number]))
     return tuple(sights)
@@ -74,7 +74,7 @@ def first_hit(mesh: ProjectedMesh, rows: I8, pixel: F8) -> Hit | None:
     x, y = np.full(len(rows), pixel[0]), np.full(len(rows), pixel[1])
     with np.errstate(divide="ignore", invalid="ignore"):
         weights = barycentric(mesh, rows, x, y)
-    inside = (weights >= 0).all(axis=1)
+    inside = all_of(weights >= 0)
     if not inside.any():
         return None
     rows, weights = rows[inside], weights[inside]

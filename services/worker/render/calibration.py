@@ -167,10 +167,9 @@ def read_calibration(path: Path) -> Calibration:
 
 def _facing_px(mesh: ProjectedMesh, region: PixelRect) -> float:
     """Return the area in pixels of triangles that face the camera and lie in the region."""
-    corners = mesh.vertices_px[mesh.triangles]
-    low, high = (region.left, region.top), (region.right, region.bottom)
-    middle = corners.mean(axis=1)
-    inside = ((middle >= low) & (middle <= high)).all(axis=1)
+    corners = mesh.corners_px
+    (x, y) = (corners[:, 0] + corners[:, 1] + corners[:, 2]).T / 3.0
+    inside = (x >= region.left) & (x <= region.right) & (y >= region.top) & (y <= region.bottom)
     first, second = (corners[inside, k] - corners[inside, 0] for k in (1, 2))
     doubled = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     # With y down, what turns clockwise on paper faces the camera.
