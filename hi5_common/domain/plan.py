@@ -133,6 +133,14 @@ class Plan:
                     fields[place] = words[number]
                 yield Cell(*fields)
 
+    def render_order(self, start: int, stop: int) -> tuple[int, ...]:
+        """Return images start..stop-1 in the order that loads least: one place after another, in
+        each the hands of one gender after the other's. No image depends on what came before it.
+        """
+        cells = zip(range(start, stop), self.cells(start, stop), strict=True)
+        keyed = sorted((cell.environment, cell.gender.value, index) for index, cell in cells)
+        return tuple(index for _, _, index in keyed)
+
     def value_counts(self, attribute: Attribute) -> dict[str, int]:
         """Return the exact number of images of each requested value, in canonical order."""
         level = self.levels[attribute]

@@ -97,6 +97,7 @@ def render_all(studio: Studio, spec: DatasetSpec, indices: Sequence[int], out: P
         _render_one(studio, spec, plan, index, images, tally)
         print(f"\r{number}/{len(indices)} ", end="", file=sys.stderr, flush=True)  # noqa: T201
     print(file=sys.stderr)  # noqa: T201
+    tally.labels.sort(key=lambda label: label.index)
     write_label_table(out / "labels.parquet", tally.labels)
     (out / "spec.json").write_text(spec.canonical_json() + "\n", "utf-8")
     write_coco(out / "coco.json", tally.labels, spec, image_dir_name="images")
@@ -136,9 +137,9 @@ def _read_spec(path: str) -> DatasetSpec:
     return parse_spec_text(sys.stdin.read()) if path == "-" else load_spec(Path(path))
 
 
-def _indices(spec: DatasetSpec, only: int | None) -> range:
+def _indices(spec: DatasetSpec, only: int | None) -> Sequence[int]:
     if only is None:
-        return range(spec.count)
+        return Plan.of(spec).render_order(0, spec.count)
     if not 0 <= only < spec.count:
         remedy = f"Name an image from 0 to {spec.count - 1}: the spec asks for {spec.count}."
         raise InvalidInput([Problem("index", only, remedy)])

@@ -30,6 +30,9 @@ def bench_render(
             "--only", help="preset, straightforward, front, ablation or confirm; may be repeated."
         ),
     ] = None,
+    scenes: Annotated[
+        int | None, typer.Option(min=1, max=12, help="Only the first so many.")
+    ] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Of each image, after one to warm up.")] = 3,
     resume: Annotated[
         bool, typer.Option("--resume", help="Keep what an earlier run left there, and go on.")
@@ -46,6 +49,7 @@ def bench_render(
     arguments = [f"--out={out}", f"--repeats={repeats}"]
     arguments += ["--reduced"] if reduced else []
     arguments += ["--resume"] if resume else []
+    arguments += [] if scenes is None else [f"--scenes={scenes}"]
     arguments += [] if reference_samples is None else [f"--reference-samples={reference_samples}"]
     arguments += [] if threads is None else [f"--threads={threads}"]
     arguments += ["--only", *only] if only else []

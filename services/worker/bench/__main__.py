@@ -43,7 +43,7 @@ class Size:
     straightforward_samples: tuple[int, ...]
 
 
-FULL = Size(1024, 12, 6, (2, 4, 8, 16, 32), (4, 8, 16, 32))
+FULL = Size(1024, 12, 6, (2, 4, 8, 16, 32), (4, 8, 16))
 REDUCED = Size(96, 3, 1, (4, 8), (4, 8))
 
 
@@ -57,6 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         threads = asked.threads or settings.render_threads
         run = Bench(settings, asked.out, SIDE_PX, threads, asked.resume)
         size = REDUCED if asked.reduced else FULL
+        size = replace(size, scenes=asked.scenes or size.scenes)
         found = measure(run, size, asked.reference_samples, asked.only or GROUPS, asked.repeats)
     except Hi5Error as error:
         say(f"error: {error}")
@@ -177,6 +178,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, required=True, help="folder for results and page")
     parser.add_argument("--reduced", action="store_true", help="three scenes, minutes")
     parser.add_argument("--only", nargs="*", choices=GROUPS, help="only these groups of ways")
+    parser.add_argument("--scenes", type=int, help="only the first so many of those measured")
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument(
         "--resume", action="store_true", help="keep what an earlier run left in DIR and go on"

@@ -31,7 +31,7 @@ from services.worker.render.calibration import (
 )
 
 FAILED, WRONG_INPUT = 1, 2
-SAMPLES = (1, 2, 4, 8, 16, 32)
+SAMPLES = (1, 2, 4, 8, 16)
 RIDGE = 1e-3
 """Keeps terms near zero that a dozen scenes cannot tell apart."""
 

@@ -13,6 +13,7 @@ from hi5_common.db import datasets, errors, shards
 from hi5_common.db.engine import Database, Session
 from hi5_common.domain import keys
 from hi5_common.domain.errors import TransientError
+from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Publication, Shard
 from hi5_common.domain.retry import FailureKind
 from hi5_common.domain.spec import DatasetSpec, ImageFormat
@@ -118,7 +119,7 @@ class ShardRunner:
         return ShardRender(
             job=RenderJob(
                 spec=spec.model_dump(mode="json"),
-                indices=tuple(range(shard.start, shard.stop)),
+                indices=Plan.of(spec).render_order(shard.start, shard.stop),
                 out_dir=str(out_dir),
                 threads=settings.render_threads,
                 renderer=settings.renderer.value,

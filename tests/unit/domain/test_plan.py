@@ -168,3 +168,14 @@ def test_memory_does_not_grow_with_the_number_of_images() -> None:
     small, large = (Plan.of(spec_of(n, environment=EIGHT)) for n in (100_000, 1_000_000_000))
     assert large.path.size == small.path.size
     assert len(large.shards()) <= 20_000
+
+
+def test_the_render_order_visits_each_place_once_and_leaves_no_image_out() -> None:
+    plan = Plan.of(spec_of(240, environment=EIGHT))
+    order = plan.render_order(30, 90)
+    assert sorted(order) == list(range(30, 90))
+    seen = [(plan.cell(index).environment, plan.cell(index).gender) for index in order]
+    visits = [key for key, _ in itertools.groupby(seen)]
+    assert len(visits) == len(set(visits)) < len(seen) / 2
+    assert list(order) != list(range(30, 90))
+    assert plan.render_order(7, 7) == ()
