@@ -9,7 +9,7 @@ TARGET_S = 90.0
 MAX_SHARDS = 20_000
 SECONDS_PER_MEGAPIXEL = {
     Quality.DRAFT: 3.0,
-    Quality.STANDARD: 6.5,
+    Quality.STANDARD: 4.5,
     Quality.HIGH: 16.0,
     Quality.REFERENCE: 200.0,
 }

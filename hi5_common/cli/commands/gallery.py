@@ -21,7 +21,7 @@ def gallery(
         bool, typer.Option("--resume", help="Take the pictures of a run that was stopped.")
     ] = False,
     quality: Annotated[Quality, typer.Option(help="How cleanly it is rendered.")] = (
-        Quality.STANDARD
+        Quality.HIGH
     ),
     renderer: Annotated[RendererName, typer.Option(help="fake draws quick test pictures.")] = (
         RendererName.CYCLES

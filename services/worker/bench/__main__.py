@@ -43,7 +43,7 @@ class Size:
     straightforward_samples: tuple[int, ...]
 
 
-FULL = Size(1024, 12, 6, (2, 4, 8, 16, 32), (4, 8, 16))
+FULL = Size(1024, 12, 6, (2, 4, 8, 16, 32), (2, 4, 8))
 REDUCED = Size(96, 3, 1, (4, 8), (4, 8))
 
 

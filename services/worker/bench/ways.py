@@ -42,6 +42,8 @@ def front(samples: tuple[int, ...]) -> list[Way]:
         (Denoise.NONE, Prefilter.NONE),
         (Denoise.FAST, Prefilter.FAST),
         (Denoise.BALANCED, Prefilter.FAST),
+        (Denoise.BALANCED, Prefilter.NONE),
+        (Denoise.HIGH, Prefilter.NONE),
         (Denoise.HIGH, Prefilter.FAST),
         (Denoise.HIGH, Prefilter.ACCURATE),
     )

@@ -110,7 +110,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--only", help=f"only sheets whose name begins so: {', '.join(SECTIONS)}")
     parser.add_argument("--resume", action="store_true", help="take pictures that are there")
     qualities = [quality.value for quality in Quality]
-    parser.add_argument("--quality", choices=qualities, default=Quality.STANDARD.value)
+    parser.add_argument("--quality", choices=qualities, default=Quality.HIGH.value)
     renderers = [name.value for name in RendererName]
     parser.add_argument("--renderer", choices=renderers, default=RendererName.CYCLES.value)
     parser.add_argument("--threads", type=int, help="default: the HI5_RENDER_THREADS setting")
