@@ -44,7 +44,7 @@ class Size:
 
 
 FULL = Size(1024, 12, 6, (2, 4, 8, 16, 32), (2, 4, 8))
-REDUCED = Size(96, 3, 1, (4, 8), (4, 8))
+REDUCED = Size(96, 3, 1, (2, 4), (2, 4))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -62,9 +62,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Hi5Error as error:
         say(f"error: {error}")
         return WRONG_INPUT if isinstance(error, InvalidInput) else FAILED
+    _draw_maps(run, found)
     text = json.dumps(found.document, indent=1)
     (asked.out / "results.json").write_text(text, encoding="utf-8")
-    _draw_maps(run, found)
     write_page(asked.out, found.document)
     say(f"wrote {asked.out / 'results.json'} and {asked.out / 'render.md'}")
     return 0
