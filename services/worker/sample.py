@@ -84,8 +84,7 @@ class Studio:
             geometry = build_geometry(scene, self.hands)
             mesh = project_mesh(scene.camera, geometry)
             region = touched_region(mesh)
-            features = Features.of(scene, mesh, region)
-            choice = choose(spec.render, features, self.calibration)
+            choice = choose(spec.render, lambda: Features.of(scene, mesh, region), self.calibration)
         frame = self._frame(scene, geometry, region, choice, watch)
         extension = EXTENSIONS[spec.image.format]
         with watch.phase("label"):

@@ -8,7 +8,7 @@ The error's part holds for every machine; the seconds hold for machines of its k
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -101,14 +101,15 @@ class Choice:
     predicted_s: float | None = None
 
 
-def choose(asked: RenderRequest, features: Features, table: Calibration) -> Choice:
-    """Return the settings of an image.
+def choose(asked: RenderRequest, features_of: Callable[[], Features], table: Calibration) -> Choice:
+    """Return the settings of an image; its features are read only if something is predicted.
 
     For max_error the fewest samples that keep the error in five images of six; for
     seconds_per_image the most that fit, and one where none do. Beyond the most there are, the most.
     """
     if asked.quality is not None:
         return Choice(QUALITY_SETTINGS[asked.quality])
+    features = features_of()
     if asked.max_error is not None:
         bound = asked.max_error
         samples = next(

@@ -27,9 +27,13 @@ LARGE = Features(concentration=0.05, albedo=0.25, hand_px=300_000.0, region_px=4
 EVERY = (PLAIN, SUNNY, LARGE)
 
 
+def unasked() -> Features:
+    raise AssertionError("a quality predicts nothing")
+
+
 def test_a_quality_is_its_settings_and_predicts_nothing() -> None:
     for quality in Quality:
-        choice = choose(RenderRequest(quality=quality), PLAIN, shipped())
+        choice = choose(RenderRequest(quality=quality), unasked, shipped())
         assert choice.settings == QUALITY_SETTINGS[quality]
         assert choice.calibration is None
 
@@ -38,7 +42,7 @@ def test_a_quality_is_its_settings_and_predicts_nothing() -> None:
 def test_the_fewest_samples_that_keep_the_error(features: Features) -> None:
     table = shipped()
     for bound in (0.1, 0.03, 0.02, 0.012):
-        samples = choose(RenderRequest(max_error=bound), features, table).settings.samples
+        samples = choose(RenderRequest(max_error=bound), lambda: features, table).settings.samples
         fewer = [n for n in SAMPLES if n < samples]
         if samples < SAMPLES[-1]:
             assert table.safe_error_at(features, samples) <= bound
@@ -49,7 +53,9 @@ def test_the_fewest_samples_that_keep_the_error(features: Features) -> None:
 def test_the_most_samples_that_fit_a_time(features: Features) -> None:
     table = shipped()
     for seconds in (0.05, 1.0, 5.0, 60.0):
-        samples = choose(RenderRequest(seconds_per_image=seconds), features, table).settings.samples
+        samples = choose(
+            RenderRequest(seconds_per_image=seconds), lambda: features, table
+        ).settings.samples
         more = [n for n in SAMPLES if n > samples]
         assert samples == 1 or table.seconds_at(features, samples) <= seconds
         assert all(table.seconds_at(features, n) > seconds for n in more)
