@@ -4,26 +4,26 @@ Other work on a machine slows it for minutes at a time, so that one way measured
 little. Children of both ways stay alive, and are stopped and let on by turns.
 """
 
+import argparse
 import os
-import platform
 import signal
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
-from importlib.metadata import version
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from benchmarks.cold_start import yardstick_s
-from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.settings import Settings
 from services.worker.fleet.child_events import ImageRefused, ImageRendered
 from services.worker.fleet.render_process import RenderJob, RenderProcess
 
 PATIENCE_S = 600.0
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+PLACES = ("city", "courtyard", "forest", "interior")
+"""Four that come with bpy: as many as a child keeps loaded, as in a shard ordered by place."""
 
 
 @dataclass(frozen=True)
@@ -78,15 +78,8 @@ def children(spec: DatasetSpec, jobs: list[tuple[int, ...]], threads: int) -> It
         started = []
         for indices in jobs:
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hi5-bench-")))
-            job = RenderJob(
-                spec=spec.model_dump(mode="json"),
-                indices=indices,
-                out_dir=str(folder / "out"),
-                threads=threads,
-                renderer=settings.renderer.value,
-                cache_dir=str(settings.cache_dir),
-                assets_dir=str(settings.resolved_assets_dir),
-            )
+            job = RenderJob.of(settings, spec, indices, folder / "out")
+            job = replace(job, threads=threads)
             command = (sys.executable, "-m", settings.child_module)
             child = Child(RenderProcess(job, folder, command))
             stack.callback(child.process.close)
@@ -94,10 +87,21 @@ def children(spec: DatasetSpec, jobs: list[tuple[int, ...]], threads: int) -> It
         yield started
 
 
-def machine_line() -> str:
-    """Return what was measured on, in one line."""
-    return (
-        f"Python {platform.python_version()}, bpy {version('bpy')}, hi5 {version('hi5')}, "
-        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.2f}, "
-        f"ten million additions take {yardstick_s():.2f} s"
+def repeated_spec(count: int, asked: argparse.Namespace) -> DatasetSpec:
+    """Return a spec in four places; asked: side, quality and seed of a command line."""
+    return parse_spec(
+        {
+            "count": count,
+            "seed": asked.seed,
+            "image": {"width": asked.side, "height": asked.side},
+            "attributes": {"environment": list(PLACES)},
+            "render": {"quality": asked.quality},
+        }
     )
+
+
+def image_options(parser: argparse.ArgumentParser, seed: int) -> None:
+    """Add the options that `repeated_spec` reads."""
+    parser.add_argument("--side", type=int, default=640)
+    parser.add_argument("--quality", default="standard")
+    parser.add_argument("--seed", type=int, default=seed)

@@ -12,17 +12,17 @@ beside it. Reported, not bounded.
 
 import argparse
 import os
-import platform
 import resource
 import subprocess
 import sys
 import tempfile
 import time
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 import yaml
+
+from benchmarks.machine import machine_line
 
 
 @dataclass(frozen=True)
@@ -38,15 +38,6 @@ def spec_text(place: str, side_px: int, seed: int) -> str:
     image = {"width": side_px, "height": side_px}
     attributes = {"environment": [place], "gender": ["female"]}
     return yaml.safe_dump({"count": 1, "seed": seed, "image": image, "attributes": attributes})
-
-
-def yardstick_s() -> float:
-    """Return how long ten million additions take in Python: how fast this machine is just now."""
-    began = time.perf_counter()
-    total = 0
-    for number in range(10_000_000):
-        total += number
-    return time.perf_counter() - began
 
 
 def start(spec: Path, cache: Path, out: Path) -> Start:
@@ -70,13 +61,8 @@ def main() -> None:
     parser.add_argument("--warm", type=int, default=2)
     parser.add_argument("--places", nargs="+", default=["living_day", "studio"])
     asked = parser.parse_args()
-    print(
-        f"Python {platform.python_version()}, bpy {version('bpy')}, hi5 {version('hi5')},", end=" "
-    )
-    print(
-        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.2f}, {asked.side} px, "
-        f"seed {asked.seed}; ten million additions take {yardstick_s():.2f} s"
-    )
+    print(machine_line())
+    print(f"{asked.side} px, seed {asked.seed}", flush=True)
     for place in asked.places:
         with tempfile.TemporaryDirectory(prefix="hi5-cold-") as folder:
             spec = Path(folder) / "spec.yaml"

@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.children import machine_line
+from benchmarks.machine import machine_line
 from benchmarks.skin_colour import quiet_blender
 from hi5_common.settings import Settings
 from services.worker.bench.scenes import SEED, bench_scenes

@@ -16,11 +16,9 @@ from statistics import median
 
 import numpy as np
 
-from benchmarks.children import Child, Made, children, machine_line
-from hi5_common.domain.spec import DatasetSpec, parse_spec
-
-PLACES = ("city", "courtyard", "forest", "interior")
-"""Four that come with bpy: as many as a child keeps loaded, as in a shard ordered by place."""
+from benchmarks.children import Child, Made, children, image_options, repeated_spec
+from benchmarks.machine import machine_line
+from hi5_common.domain.spec import DatasetSpec
 
 
 def main() -> None:
@@ -29,15 +27,7 @@ def main() -> None:
     distinct = asked.distinct
     if asked.images % (5 * distinct):
         raise SystemExit("--images: name a multiple of five times --distinct.")
-    spec = parse_spec(
-        {
-            "count": distinct,
-            "seed": asked.seed,
-            "image": {"width": asked.side, "height": asked.side},
-            "attributes": {"environment": list(PLACES)},
-            "render": {"quality": asked.quality},
-        }
-    )
+    spec = repeated_spec(distinct, asked)
     print(machine_line())
     print(f"{asked.images} images, {distinct} distinct, {asked.side} px, {asked.quality}", end=", ")
     print(f"seed {asked.seed}, {asked.threads} threads", flush=True)
@@ -121,9 +111,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--images", type=int, default=500)
     parser.add_argument("--distinct", type=int, default=50)
-    parser.add_argument("--side", type=int, default=640)
-    parser.add_argument("--quality", default="standard")
-    parser.add_argument("--seed", type=int, default=11)
+    image_options(parser, seed=11)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--fresh", type=int, default=5, help="images made alone, to compare")
     return parser

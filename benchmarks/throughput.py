@@ -11,10 +11,9 @@ import argparse
 import time
 from statistics import median
 
-from benchmarks.children import Child, children, machine_line
-from hi5_common.domain.spec import parse_spec
+from benchmarks.children import Child, children, image_options, repeated_spec
+from benchmarks.machine import machine_line
 
-PLACES = ("city", "courtyard", "forest", "interior")
 WARM = 8
 """Images of each child before anything counts: hands, maps and places are loaded then."""
 
@@ -22,15 +21,7 @@ WARM = 8
 def main() -> None:
     """Measure both ways and print their rates."""
     asked = _parser().parse_args()
-    spec = parse_spec(
-        {
-            "count": 240,
-            "seed": asked.seed,
-            "image": {"width": asked.side, "height": asked.side},
-            "attributes": {"environment": list(PLACES)},
-            "render": {"quality": asked.quality},
-        }
-    )
+    spec = repeated_spec(240, asked)
     cores = asked.cores
     print(machine_line())
     print(f"{asked.side} px, {asked.quality}, seed {asked.seed}, {asked.rounds} rounds", flush=True)
@@ -82,9 +73,7 @@ def _rate(child: Child, start: int) -> float:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--side", type=int, default=640)
-    parser.add_argument("--quality", default="standard")
-    parser.add_argument("--seed", type=int, default=12)
+    image_options(parser, seed=12)
     parser.add_argument("--cores", type=int, default=2)
     parser.add_argument("--rounds", type=int, default=6)
     parser.add_argument("--seconds", type=float, default=40.0, help="of a turn")

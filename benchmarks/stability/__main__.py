@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.children import machine_line
+from benchmarks.machine import machine_line
 from benchmarks.stability import against
 from hi5_common.domain.environments import EnvironmentKind
 from hi5_common.domain.errors import Hi5Error

@@ -8,15 +8,16 @@ from hi5_common.domain.spec import DatasetSpec, Quality
 TARGET_S = 90.0
 MAX_SHARDS = 20_000
 SECONDS_PER_MEGAPIXEL = {
-    Quality.DRAFT: 3.0,
-    Quality.STANDARD: 4.5,
-    Quality.HIGH: 16.0,
-    Quality.REFERENCE: 200.0,
+    Quality.DRAFT: 5.0,
+    Quality.STANDARD: 7.5,
+    Quality.HIGH: 33.0,
+    Quality.REFERENCE: 600.0,
 }
-STANDARD_ERROR = 0.018
-SECONDS_PER_IMAGE = 0.4
-"""Estimates for two CPU cores: standard from `hi5 render --json` at 320 and 640 pixels, the others
-by their samples. Only the size of shards depends on them, never an image."""
+STANDARD_ERROR = 0.017
+SECONDS_PER_IMAGE = 0.8
+"""For two slow CPU cores, from docs/speed/render.md: seconds at 640 x 640 less what does not grow
+with samples; reference by its samples, standard's error from its 35.3 dB. Only the size of shards
+depends on them, never an image."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,8 @@ def _seconds_per_image(spec: DatasetSpec) -> float:
     if asked.seconds_per_image is not None:
         return SECONDS_PER_IMAGE + asked.seconds_per_image
     per_megapixel = SECONDS_PER_MEGAPIXEL[asked.quality or Quality.STANDARD]
-    if asked.max_error is not None:  # error falls with the root of the samples
-        per_megapixel *= (STANDARD_ERROR / asked.max_error) ** 2
+    if asked.max_error is not None:  # a denoised error falls with the third root of the samples
+        per_megapixel *= (STANDARD_ERROR / asked.max_error) ** 3
     return SECONDS_PER_IMAGE + per_megapixel * spec.image.width * spec.image.height / 1e6
 
 

@@ -20,7 +20,7 @@ def gallery(
     resume: Annotated[
         bool, typer.Option("--resume", help="Take the pictures of a run that was stopped.")
     ] = False,
-    quality: Annotated[Quality, typer.Option(help="How cleanly it is rendered.")] = (Quality.HIGH),
+    quality: Annotated[Quality, typer.Option(help="How cleanly it is rendered.")] = Quality.HIGH,
     renderer: Annotated[RendererName, typer.Option(help="fake draws quick test pictures.")] = (
         RendererName.CYCLES
     ),

@@ -13,8 +13,10 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
+from hi5_common.domain.spec import DatasetSpec
+from hi5_common.settings import Settings
 from services.worker.fleet.child_events import ChildEvent, parse_event
 
 EVENTS_FD = 3
@@ -38,6 +40,23 @@ class RenderJob:
     device: str = "cpu"
     calibration: str | None = None
     fault: str | None = None
+
+    @classmethod
+    def of(
+        cls, settings: Settings, spec: DatasetSpec, indices: tuple[int, ...], out_dir: Path
+    ) -> Self:
+        """Return the job of some images of a spec, rendered as this machine's settings say."""
+        return cls(
+            spec=spec.model_dump(mode="json"),
+            indices=indices,
+            out_dir=str(out_dir),
+            threads=settings.render_threads,
+            renderer=settings.renderer.value,
+            cache_dir=str(settings.cache_dir),
+            assets_dir=str(settings.resolved_assets_dir),
+            device=settings.device,
+            calibration=None if settings.calibration is None else str(settings.calibration),
+        )
 
 
 class ChildGone(Exception):

@@ -116,18 +116,9 @@ class ShardRunner:
         out_dir = folder / "images"
         out_dir.mkdir()
         settings = self.settings
+        indices = Plan.of(spec).render_order(shard.start, shard.stop)
         return ShardRender(
-            job=RenderJob(
-                spec=spec.model_dump(mode="json"),
-                indices=Plan.of(spec).render_order(shard.start, shard.stop),
-                out_dir=str(out_dir),
-                threads=settings.render_threads,
-                renderer=settings.renderer.value,
-                cache_dir=str(settings.cache_dir),
-                assets_dir=str(settings.resolved_assets_dir),
-                device=settings.device,
-                calibration=None if settings.calibration is None else str(settings.calibration),
-            ),
+            job=RenderJob.of(settings, spec, indices, out_dir),
             folder=folder,
             extension=_EXTENSIONS[spec.image.format],
             command=(sys.executable, "-m", settings.child_module),
