@@ -24,8 +24,17 @@ from benchmarks.skin_colour import quiet_blender
 from hi5_common.settings import Settings
 from services.worker.bench.scenes import SEED, bench_scenes
 from services.worker.compose.camera_look import shoulder
-from services.worker.compose.picture import F4, U1, compose_picture, to_srgb8
+from services.worker.compose.picture import (
+    F4,
+    U1,
+    Outline,
+    compose_picture,
+    lay_backdrop,
+    to_srgb8,
+)
+from services.worker.label.outline import coverage
 from services.worker.label.projected import project_mesh
+from services.worker.label.raster import rasterise
 from services.worker.label.region import touched_region
 from services.worker.places.bakery import Oven
 from services.worker.places.panoramas import Panoramas
@@ -90,14 +99,20 @@ def main() -> None:
 def _laid(scene: HandScene, renderer: Renderer, hands: HandLibrary, way: RenderSettings) -> Laid:
     """Make a picture as a dataset's is made."""
     geometry = build_geometry(scene, hands)
-    region = touched_region(project_mesh(scene.camera, geometry))
+    mesh = project_mesh(scene.camera, geometry)
+    region = touched_region(mesh)
+    outline = Outline(region, coverage(rasterise(mesh), region))
     frame = renderer.render(scene, geometry, region, way)
     panorama = load_panorama(scene.light.environment)
     light = replace(scene.light, rotation_z_deg=scene.light.rotation_z_deg + TURN_DEG)
-    picture = compose_picture(scene, frame, panorama)
+    turned = replace(scene, light=light)
+    picture, moved = (
+        compose_picture(seen, frame, outline, lay_backdrop(seen, outline, panorama))
+        for seen in (scene, turned)
+    )
     cover = np.zeros(picture.shape[:2], np.float32)
     cover[region.slices] = frame.rgba[..., 3]
-    return Laid(picture, compose_picture(replace(scene, light=light), frame, panorama), cover)
+    return Laid(picture, moved, cover)
 
 
 def _drawn_whole(

@@ -13,6 +13,7 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from pathlib import Path
 from typing import TextIO
 
@@ -93,8 +94,8 @@ def render_all(studio: Studio, spec: DatasetSpec, indices: Sequence[int], out: P
     images = out / "images"
     images.mkdir(parents=True, exist_ok=True)
     tally = Tally()
-    for number, index in enumerate(indices, start=1):
-        _render_one(studio, spec, plan, index, images, tally)
+    for number, (index, then) in enumerate(zip_longest(indices, indices[1:]), start=1):
+        _render_one(studio, spec, plan, (index, then), images, tally)
         print(f"\r{number}/{len(indices)} ", end="", file=sys.stderr, flush=True)  # noqa: T201
     print(file=sys.stderr)  # noqa: T201
     tally.labels.sort(key=lambda label: label.index)
@@ -105,11 +106,17 @@ def render_all(studio: Studio, spec: DatasetSpec, indices: Sequence[int], out: P
 
 
 def _render_one(
-    studio: Studio, spec: DatasetSpec, plan: Plan, index: int, images: Path, tally: Tally
+    studio: Studio,
+    spec: DatasetSpec,
+    plan: Plan,
+    numbers: tuple[int, int | None],
+    images: Path,
+    tally: Tally,
 ) -> None:
+    index, then = numbers
     started = time.perf_counter()
     try:
-        sample = studio.make_sample(spec, plan, index)
+        sample = studio.make_sample(spec, plan, index, then=then)
     except Hi5Error as error:
         tally.failures[index] = f"{failure_reason(error)}: {error}"
         print(f"image {index}: {error}", file=sys.stderr)  # noqa: T201

@@ -16,6 +16,7 @@ import sys
 import time
 import traceback
 from collections.abc import Mapping
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,8 @@ def run(job: Job) -> None:
     )
     job.out_dir.mkdir(parents=True, exist_ok=True)
     send({"event": "ready", "pid": os.getpid(), "renderer": studio.renderer.versions})
-    made = sum(_attempt(studio, job, plan, index) for index in job.indices)
+    pairs = zip_longest(job.indices, job.indices[1:])
+    made = sum(_attempt(studio, job, plan, index, then) for index, then in pairs)
     send({"event": "done", "images": made})
 
 
@@ -105,10 +107,10 @@ def leave(code: int) -> None:
     os._exit(code)
 
 
-def _attempt(studio: Studio, job: Job, plan: Plan, index: int) -> bool:
+def _attempt(studio: Studio, job: Job, plan: Plan, index: int, then: int | None) -> bool:
     started = time.perf_counter()
     try:
-        sample = studio.make_sample(job.spec, plan, index)
+        sample = studio.make_sample(job.spec, plan, index, then=then)
         write_sample(sample, job.out_dir, job.out_dir)
     except Exception as error:  # noqa: BLE001  the process boundary: one image must not stop a job
         traceback.print_exc()

@@ -11,6 +11,7 @@ from hi5_common.domain.vocabulary import Gender, Handedness, Pose, SkinTone
 from services.worker.label.label import label_image
 from services.worker.label.projected import ProjectedMesh, project_mesh
 from services.worker.label.projection import F8
+from services.worker.label.raster import rasterise
 from services.worker.label.region import touched_region
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import Denoise, Prefilter, RenderSettings
@@ -46,7 +47,12 @@ class Shot:
         """Return the label with every kind in it."""
         kinds = frozenset(LabelKind)
         return label_image(
-            self.scene, self.geometry, self.mesh, kinds, file_name="0.png", resolved={}
+            self.scene,
+            self.geometry,
+            rasterise(self.mesh),
+            kinds,
+            file_name="0.png",
+            resolved={},
         )
 
     @property

@@ -51,7 +51,7 @@ def test_the_mask_with_ornaments_covers_what_is_drawn(
     cycles: "CyclesRenderer", hands: HandLibrary, ring: Ring, wrist_wear: WristWear, sleeve: Sleeve
 ) -> None:
     shot = dressed(hands, ring, wrist_wear, sleeve)
-    settings = replace(NOISY, samples=32)
+    settings = replace(NOISY, samples=128, max_bounces=0, scatter_from_px=99.0)
     frame = cycles.render(shot.scene, shot.geometry, shot.whole_frame, settings)
     drawn = frame.rgba[..., 3] >= 0.5
     mask = rasterise(shot.mesh).covered

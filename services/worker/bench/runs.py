@@ -18,11 +18,11 @@ from hi5_common.domain.seeding import factor_rng
 from hi5_common.settings import Settings
 from services.worker.bench.errors import F4, Halves
 from services.worker.bench.taking import Job
-from services.worker.bench.ways import Way
+from services.worker.bench.ways import PLAIN_PATTERN, Way
 from services.worker.render.calibration import Features
 from services.worker.render.settings import Denoise, Prefilter, RenderSettings
 
-UNBIASED = (("sample_clamp_indirect", 0.0),)
+UNBIASED = (("sample_clamp_indirect", 0.0), *PLAIN_PATTERN)
 JOB = "job.json"
 """Written last: where it is, the rest is whole."""
 
@@ -141,8 +141,10 @@ class Taken:
 
 def _plain(name: str, samples: int) -> Way:
     """Return the way of references: no denoiser, no clamping, every bounce."""
-    settings = RenderSettings(samples, Denoise.NONE, Prefilter.NONE, max_bounces=12)
-    return Way(name, settings, properties=UNBIASED)
+    settings = RenderSettings(
+        samples, Denoise.NONE, Prefilter.NONE, max_bounces=12, scatter_from_px=0.0
+    )
+    return Way(name, settings, outline=False, properties=UNBIASED)
 
 
 def _asked_before(folder: Path, job: Job) -> bool:

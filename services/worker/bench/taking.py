@@ -20,7 +20,10 @@ from pydantic import BaseModel, ConfigDict
 from hi5_common.domain.vocabulary import Gender
 from services.worker.bench.scenes import bench_scenes
 from services.worker.bench.ways import Way
-from services.worker.label.projected import project_mesh
+from services.worker.compose.picture import outlined
+from services.worker.label.outline import coverage
+from services.worker.label.projected import ProjectedMesh, project_mesh
+from services.worker.label.raster import rasterise
 from services.worker.label.region import touched_region
 from services.worker.places.bakery import Oven
 from services.worker.places.panoramas import Panoramas
@@ -30,7 +33,7 @@ from services.worker.render.calibration import Features
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
-from services.worker.sample import Stopwatch, Studio
+from services.worker.sample import Studio
 from services.worker.scene.environments import furnish
 from services.worker.scene.geometry import build_geometry
 from services.worker.scene.library import HandLibrary
@@ -79,6 +82,10 @@ class TriedRenderer:
         """As the inner renderer."""
         self.inner.prepare(gender, camera, keypoints_m)
 
+    def expect(self, scene: HandScene, geometry: SceneGeometry) -> None:
+        """As the inner renderer."""
+        self.inner.expect(scene, geometry)
+
     def render(
         self,
         scene: HandScene,
@@ -118,33 +125,34 @@ def main() -> int:
     bench = bench_scenes(job.side_px)
     times: dict[int, list[dict[str, float]]] = {index: [] for index in job.indices}
     frames: dict[int, list[Frame]] = {index: [] for index in job.indices}
-    gains: dict[int, np.ndarray] = {}
-    features: dict[int, Features] = {}
 
-    def take(index: int) -> dict[str, float]:
-        watch = Stopwatch()
+    def take(index: int, then: int | None) -> dict[str, float]:
         started = time.perf_counter()
-        with watch.phase("scene"):
-            scene = sample_scene(bench.spec, bench.plan, index, studio.hands, tried.prepare)
-        studio.developed(bench.spec, scene, str(index), watch)
+        ahead = then if tried.way.ahead else None
+        sample = studio.make_sample(bench.spec, bench.plan, index, then=ahead)
         total = time.perf_counter() - started
-        gains[index] = scene.light.gain
-        features[index] = _features(scene, studio.hands)
-        return {**watch.phases_s, **_prefixed("cycles_", tried.phases_s), "total": total}
+        return {**sample.phases_s, **_prefixed("cycles_", tried.phases_s), "total": total}
 
     tried.way = warming(way)
-    for index in job.indices[:1] if job.seeds else job.indices:
-        take(index)  # loads places, maps and hands, which a shard does once
+    warmed = job.indices[:1] if job.seeds else job.indices
+    for index, then in zip(warmed, (*warmed[1:], job.indices[0]), strict=True):
+        take(index, then)  # loads places, maps and hands, which a shard does once
     tried.way = way
     for repeat in range(job.repeats):
         tried.seed = job.seeds[repeat] if job.seeds else None
-        for index in job.indices:
+        for index, then in zip(job.indices, (*job.indices[1:], job.indices[0]), strict=True):
             tried.taken.clear()
-            times[index].append(take(index))
+            times[index].append(take(index, then))
             frames[index] += tried.taken
     job.out_dir.mkdir(parents=True, exist_ok=True)
+    features: dict[int, Features] = {}
     for index in job.indices:
-        _save(job.out_dir / f"{index}.npz", frames[index], gains[index])
+        scene = sample_scene(bench.spec, bench.plan, index, studio.hands)
+        mesh = project_mesh(scene.camera, build_geometry(scene, studio.hands))
+        features[index] = Features.of(scene, mesh, touched_region(mesh))
+        if way.outline:
+            frames[index] = [_outlined(frame, mesh) for frame in frames[index]]
+        _save(job.out_dir / f"{index}.npz", frames[index], scene.light.gain)
     versions = {**inner.versions, "threads": job.threads}
     told = {index: asdict(found) for index, found in features.items()}
     answer = {"times_s": times, "features": told, "versions": versions}
@@ -152,14 +160,15 @@ def main() -> int:
     return 0
 
 
+def _outlined(frame: Frame, mesh: ProjectedMesh) -> Frame:
+    """Return a frame as it is laid over its background."""
+    share = coverage(rasterise(mesh), frame.region)
+    return replace(frame, rgba=outlined(frame.rgba, share))
+
+
 def warming(way: Way) -> Way:
     """Return the same way with a single sample: it loads all that the others find loaded."""
     return replace(way, settings=replace(way.settings, samples=1))
-
-
-def _features(scene: HandScene, hands: HandLibrary) -> Features:
-    mesh = project_mesh(scene.camera, build_geometry(scene, hands))
-    return Features.of(scene, mesh, touched_region(mesh))
 
 
 def _prefixed(prefix: str, values: dict[str, float]) -> dict[str, float]:

@@ -11,6 +11,8 @@ ADAPTIVE = (
     ("adaptive_threshold", 0.1),
     ("adaptive_min_samples", 4),
 )
+PLAIN_PATTERN = (("sampling_pattern", "TABULATED_SOBOL"),)
+"""Blender's own default."""
 IMPORTANCE_MAP_PX = 512
 """As the renderer's own; the renderer is not imported, for it loads Blender."""
 
@@ -27,12 +29,18 @@ class Way:
     importance_map_px: int = IMPORTANCE_MAP_PX
     clamp_white: tuple[float, float] | None = None
     """Direct and indirect light of a sample, at most so many times white; None: the renderer's."""
+    ahead: bool = True
+    """Stage the next image while this one renders."""
+    outline: bool = True
+    """Take the hand's coverage of pixels from its mesh; else as the samples have it."""
     properties: tuple[tuple[str, object], ...] = ()
     """Cycles properties beside those of the settings."""
 
 
 STANDARD = QUALITY_SETTINGS[Quality.STANDARD]
-STRAIGHTFORWARD = RenderSettings(16, Denoise.HIGH, Prefilter.ACCURATE, max_bounces=12)
+STRAIGHTFORWARD = RenderSettings(
+    16, Denoise.HIGH, Prefilter.ACCURATE, max_bounces=12, scatter_from_px=0.0
+)
 """Full frame, nothing kept, twelve bounces, the best denoiser: what one writes first."""
 
 
@@ -80,6 +88,9 @@ def straightforward(samples: tuple[int, ...]) -> list[Way]:
             replace(STRAIGHTFORWARD, samples=count),
             crop=False,
             persistent=False,
+            ahead=False,
+            outline=False,
+            properties=PLAIN_PATTERN,
             group="straightforward",
         )
         for count in samples
@@ -93,6 +104,11 @@ def ablations() -> list[Way]:
         "no persistent data": Way("", STANDARD, persistent=False),
         "12 bounces instead of 4": Way("", replace(STANDARD, max_bounces=12)),
         "2 bounces instead of 4": Way("", replace(STANDARD, max_bounces=2)),
+        "light wanders in any skin": Way("", replace(STANDARD, scatter_from_px=0.0)),
+        "light wanders from a path of half a pixel": Way(
+            "", replace(STANDARD, scatter_from_px=0.5)
+        ),
+        "light wanders from a path of 2 pixels": Way("", replace(STANDARD, scatter_from_px=2.0)),
         "denoiser fast": Way("", replace(STANDARD, denoise=Denoise.FAST)),
         "denoiser high": Way("", replace(STANDARD, denoise=Denoise.HIGH)),
         "prefilter accurate": Way("", replace(STANDARD, prefilter=Prefilter.ACCURATE)),
@@ -108,7 +124,9 @@ def ablations() -> list[Way]:
         "indirect light cut at 1 x white": Way("", STANDARD, clamp_white=(0.0, 1.0)),
         "direct light cut at 16 x white, indirect at 4": Way("", STANDARD, clamp_white=(16.0, 4.0)),
         "no clamping": Way("", STANDARD, properties=(("sample_clamp_indirect", 0.0),)),
-        "blue noise": Way("", STANDARD, properties=(("sampling_pattern", "BLUE_NOISE"),)),
+        "Sobol points instead of blue noise": Way("", STANDARD, properties=PLAIN_PATTERN),
+        "outline as sampled": Way("", STANDARD, outline=False),
+        "next image not staged ahead": Way("", STANDARD, ahead=False),
     }
     return [replace(way, name=name, group="ablation") for name, way in without.items()]
 

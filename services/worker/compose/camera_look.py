@@ -42,31 +42,43 @@ def out_of_focus(
     return mixed
 
 
-def photographed(bent: F4, look: CameraLook) -> F4:
-    """Return light (H, W, 3) bent by `shoulder` as lens and sensor give it, 0..1.
+def softened(bent: F4, look: CameraLook) -> F4:
+    """Return light (H, W, 3) bent by `shoulder` as the lens blurs it.
 
-    The lens blurs bent light, so that an outline is as soft before a window as before a wall; the
-    blur of light itself eats as much of the hand as the window is bright.
+    Bent light, so that an outline is as soft before a window as before a wall; the blur of light
+    itself eats as much of the hand as the window is bright.
     """
-    side_px = min(bent.shape[:2])
-    sigma_px = look.softness * side_px / REFERENCE_SIDE_PX
-    if sigma_px >= FAINTEST_BLUR_PX:
-        bent = _blurred(bent, sigma_px)
-    if look.shot_noise == 0.0 and look.read_noise == 0.0:
-        return bent
-    return shoulder(noisy(straightened(bent), look))
+    sigma_px = look.softness * min(bent.shape[:2]) / REFERENCE_SIDE_PX
+    return bent if sigma_px < FAINTEST_BLUR_PX else _blurred(bent, sigma_px)
 
 
-def noisy(light: F4, look: CameraLook) -> F4:
-    """Return light with the noise of a sensor: variance shot_noise · light + read_noise."""
-    if look.shot_noise == 0.0 and look.read_noise == 0.0:
-        return light
-    # SFC64: three times as fast as the counter-based generators, and its seed is one of those's.
-    rng = np.random.Generator(np.random.SFC64(look.noise_seed))
-    grain = rng.standard_normal(light.shape, dtype=np.float32)
-    variance = np.float32(look.shot_noise) * np.maximum(light, 0.0) + np.float32(look.read_noise)
-    grainy: F4 = light + grain * np.sqrt(variance)
-    return grainy
+class Noise:
+    """The noise of a sensor, from the first pixel of a picture to the last."""
+
+    def __init__(self, look: CameraLook) -> None:
+        self._look = look
+        # SFC64: three times as fast as counter-based generators, and its seed is one of those's.
+        self._rng = np.random.Generator(np.random.SFC64(look.noise_seed))
+
+    @property
+    def _silent(self) -> bool:
+        return self._look.shot_noise == 0.0 and self._look.read_noise == 0.0
+
+    def on_bent(self, bent: F4) -> F4:
+        """Return the next rows (n, W, 3) of light bent by `shoulder`, with their noise, 0..1."""
+        return bent if self._silent else shoulder(self.on(straightened(bent)))
+
+    def on(self, light: F4) -> F4:
+        """Return the next rows with their noise: variance shot_noise · light + read_noise."""
+        if self._silent:
+            return light
+        look = self._look
+        grain = self._rng.standard_normal(light.shape, dtype=np.float32)
+        variance = np.float32(look.shot_noise) * np.maximum(light, 0.0)
+        variance += np.float32(look.read_noise)
+        grain *= np.sqrt(variance)
+        grain += light
+        return grain
 
 
 def shoulder(light: F4) -> F4:

@@ -5,9 +5,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from hi5_common.domain.spec import Quality
-from services.worker.compose.picture import F4, U1, compose_picture, over, to_srgb8
+from services.worker.compose.picture import (
+    F4,
+    U1,
+    Outline,
+    compose_picture,
+    lay_backdrop,
+    outlined,
+    over,
+    to_srgb8,
+)
 from services.worker.gallery.scenes import Sitting, scene_of
+from services.worker.label.outline import coverage
 from services.worker.label.projected import project_mesh
+from services.worker.label.raster import rasterise
 from services.worker.label.region import touched_region
 from services.worker.render.checks import check_frame
 from services.worker.render.port import Frame, Renderer
@@ -32,17 +43,20 @@ class Photographer:
         """Return the (H, W, 3) sRGB picture of a sitting."""
         scene = scene_of(sitting, self.hands)
         geometry = build_geometry(scene, self.hands)
-        region = touched_region(project_mesh(scene.camera, geometry))
+        mesh = project_mesh(scene.camera, geometry)
+        region = touched_region(mesh)
+        outline = Outline(region, coverage(rasterise(mesh), region))
         frame = self.renderer.render(scene, geometry, region, QUALITY_SETTINGS[self.quality])
         check_frame(frame, scene.light.exposure_ev)
         if sitting.in_place:
-            return compose_picture(scene, frame, load_panorama(scene.light.environment))
-        return to_srgb8(_on_grey(frame, sitting.side_px, scene.light.gain))
+            backdrop = lay_backdrop(scene, outline, load_panorama(scene.light.environment))
+            return compose_picture(scene, frame, outline, backdrop)
+        return to_srgb8(_on_grey(frame, outline, sitting.side_px, scene.light.gain))
 
 
-def _on_grey(frame: Frame, side_px: int, gain: F4) -> F4:
+def _on_grey(frame: Frame, outline: Outline, side_px: int, gain: F4) -> F4:
     light = np.full((side_px, side_px, 3), GREY, dtype=np.float32)
-    exposed = frame.rgba.copy()
+    exposed = outlined(frame.rgba, outline.share)
     exposed[..., :3] *= gain
     light[frame.region.slices] = over(exposed, light[frame.region.slices])
     return light

@@ -23,7 +23,7 @@ from services.worker.label.mask import encode_mask
 from services.worker.label.occluders import FOREARM, is_hand, occluder_of
 from services.worker.label.projected import ProjectedMesh
 from services.worker.label.projection import F8, in_frame, to_camera, to_pixels
-from services.worker.label.raster import rasterise
+from services.worker.label.raster import Surface
 from services.worker.label.visibility import Sight, sight_keypoints
 from services.worker.scene.types import Camera, HandScene, SceneGeometry
 
@@ -31,16 +31,17 @@ from services.worker.scene.types import Camera, HandScene, SceneGeometry
 def label_image(
     scene: HandScene,
     geometry: SceneGeometry,
-    mesh: ProjectedMesh,
+    surface: Surface,
     kinds: frozenset[LabelKind],
     *,
     file_name: str,
     resolved: dict[str, Any],
 ) -> ImageLabel:
     """Return the label; kinds that were not asked for are None. resolved: see provenance.py."""
+    mesh = surface.mesh
     of_hand = is_hand(occluder_of(geometry))
     boxed = LabelKind.BOX in kinds
-    masks = _masks(mesh, of_hand) if LabelKind.MASK in kinds else (None, None)
+    masks = _masks(surface, of_hand) if LabelKind.MASK in kinds else (None, None)
     return ImageLabel(
         index=scene.index,
         file_name=file_name,
@@ -81,7 +82,7 @@ def in_frame_share(camera: Camera, geometry: SceneGeometry) -> float:
     return float(area_m2[inside].sum() / area_m2.sum())
 
 
-def _masks(mesh: ProjectedMesh, of_hand: npt.NDArray[np.bool_]) -> tuple[Mask, Mask]:
+def _masks(surface: Surface, of_hand: npt.NDArray[np.bool_]) -> tuple[Mask, Mask]:
     """Return the masks of pixels whose centres see anything rendered, and skin of the hand.
 
     of_hand (N,) by vertex. An ornament is in the first, and out of the second where it hides skin;
@@ -89,8 +90,7 @@ def _masks(mesh: ProjectedMesh, of_hand: npt.NDArray[np.bool_]) -> tuple[Mask, M
     masks are taken from the exact surface and not from the path tracer's alpha, so that they do not
     change with samples, denoiser or machine; tests hold the two together.
     """
-    surface = rasterise(mesh)
-    hand_triangles = of_hand[mesh.triangles].all(axis=1)
+    hand_triangles = of_hand[surface.mesh.triangles].all(axis=1)
     hand = surface.covered & hand_triangles[surface.triangle]
     return encode_mask(surface.covered), encode_mask(hand)
 

@@ -26,6 +26,8 @@ class ProjectedMesh:
     vertices_px: F8
     vertices_camera_m: F8
     triangles: I8
+    whole: bool = True
+    """Whether every triangle is kept."""
 
     @cached_property
     def corners_px(self) -> F8:
@@ -59,7 +61,10 @@ def project_mesh(camera: Camera, geometry: SceneGeometry) -> ProjectedMesh:
     pixels = to_pixels(camera.intrinsics, camera_m)
     triangles = triangulate(np.concatenate(quads))
     seen = ~np.isnan(pixels[:, 0])
-    return ProjectedMesh(camera.intrinsics, pixels, camera_m, triangles[all_of(seen[triangles])])
+    kept = all_of(seen[triangles])
+    return ProjectedMesh(
+        camera.intrinsics, pixels, camera_m, triangles[kept], whole=bool(kept.all())
+    )
 
 
 def triangulate(quads: npt.NDArray[np.integer[Any]]) -> I8:

@@ -46,9 +46,14 @@ def detail_for(camera: Camera, keypoints_m: npt.NDArray[np.float64]) -> Detail:
 
     The level is the coarsest that a hand of this size allows.
     """
+    size = pixels_per_m(camera, keypoints_m)
+    level = next(level for level in MapLevel if size <= MOST_PX_PER_M[level])
+    pattern = float(smoothstep(*PATTERN_PX_PER_M, np.array(size)))
+    return Detail(level, pattern, size >= RELIEF_PX_PER_M)
+
+
+def pixels_per_m(camera: Camera, keypoints_m: npt.NDArray[np.float64]) -> float:
+    """Return how large a metre at the hand's middle depth is in the picture."""
     homogeneous = np.c_[keypoints_m, np.ones(len(keypoints_m))]
     depths_m = np.einsum("j,nj->n", camera.world_to_camera[2], homogeneous)
-    pixels_per_m = camera.intrinsics.fx_px / max(float(np.median(depths_m)), 1e-3)
-    level = next(level for level in MapLevel if pixels_per_m <= MOST_PX_PER_M[level])
-    pattern = float(smoothstep(*PATTERN_PX_PER_M, np.array(pixels_per_m)))
-    return Detail(level, pattern, pixels_per_m >= RELIEF_PX_PER_M)
+    return camera.intrinsics.fx_px / max(float(np.median(depths_m)), 1e-3)

@@ -35,6 +35,9 @@ class FakeRenderer:
     def prepare(self, gender: Gender, camera: Camera, keypoints_m: Array) -> None:
         """Do nothing: there is nothing to load."""
 
+    def expect(self, scene: HandScene, geometry: SceneGeometry) -> None:
+        """Do nothing: there is nothing to make ready."""
+
     def render(
         self,
         scene: HandScene,
@@ -47,7 +50,7 @@ class FakeRenderer:
         mesh = project_mesh(scene.camera, geometry)
         surface = rasterise(mesh)
         corners = mesh.vertices_camera_m[mesh.triangles[surface.triangle]]
-        vertex = surface.nearest_vertex(mesh)
+        vertex = surface.nearest_vertex
         light = mean_luminance(scene.light.environment) * _headlight(corners, surface)
         colour = _albedo(scene.skin, geometry)[vertex] * light[..., None]
         alpha = surface.covered[..., None].astype(np.float64)

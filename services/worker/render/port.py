@@ -42,6 +42,10 @@ class Renderer(Protocol):
         """Begin what drawing a hand will need, or nothing; keypoints_m (21, 3) in the world."""
         ...
 
+    def expect(self, scene: HandScene, geometry: SceneGeometry) -> None:
+        """Make ready what the next frame will need, while another thread renders this one."""
+        ...
+
     def render(
         self,
         scene: HandScene,

@@ -45,13 +45,17 @@ class RenderSettings:
     denoise: Denoise
     prefilter: Prefilter
     max_bounces: int = 4
+    scatter_from_px: float = 1.25
+    """Light wanders in the skin where the longest of its mean free paths is so many pixels."""
 
 
 QUALITY_SETTINGS: Mapping[Quality, RenderSettings] = MappingProxyType(
     {
-        Quality.DRAFT: RenderSettings(2, Denoise.BALANCED, Prefilter.FAST),
-        Quality.STANDARD: RenderSettings(4, Denoise.BALANCED, Prefilter.NONE),
+        Quality.DRAFT: RenderSettings(1, Denoise.BALANCED, Prefilter.FAST),
+        Quality.STANDARD: RenderSettings(3, Denoise.BALANCED, Prefilter.NONE),
         Quality.HIGH: RenderSettings(16, Denoise.HIGH, Prefilter.ACCURATE),
-        Quality.REFERENCE: RenderSettings(512, Denoise.NONE, Prefilter.NONE, max_bounces=12),
+        Quality.REFERENCE: RenderSettings(
+            512, Denoise.NONE, Prefilter.NONE, max_bounces=12, scatter_from_px=0.0
+        ),
     }
 )

@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from hi5_common.domain.vocabulary import Gender
 from services.worker.render.blender import camera, devices, film, mesh, session
-from services.worker.render.blender.material import new_skin_material
+from services.worker.render.blender.material import METRES_PER_MM, new_skin_material
 from services.worker.render.blender.ornaments import OrnamentRack
 from services.worker.render.blender.skin_images import SkinImageShelf
 from services.worker.render.blender.world import IMPORTANCE_MAP_PX, new_world
-from services.worker.render.detail import Detail, detail_for, finer
+from services.worker.render.detail import Detail, detail_for, finer, pixels_per_m
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
@@ -61,6 +61,7 @@ class CyclesRenderer:
         self._film = film.MemoryFile()
         self._ornaments = OrnamentRack(self._scene)
         self._persistent_data = persistent_data
+        self._tuned: RenderSettings | None = None
         self._hand: bpy.types.Object | None = None
         self._topology: npt.NDArray[np.int32] | None = None
 
@@ -73,6 +74,10 @@ class CyclesRenderer:
     def prepare(self, gender: Gender, camera: Camera, keypoints_m: Array) -> None:
         """Begin to compile or load the skin maps of a view, in a thread that has no part of bpy."""
         self._shelf.fetch(gender, detail_for(camera, keypoints_m).level)
+
+    def expect(self, scene: HandScene, geometry: SceneGeometry) -> None:
+        """Mix the next hand's skin; no part of bpy is touched."""
+        self._shelf.expect(scene.skin, scene.cell.gender, self._detail(scene, geometry))
 
     def render(
         self,
@@ -87,23 +92,29 @@ class CyclesRenderer:
         scene = replace(scene, camera=camera_near)
         self._place(geometry)
         dressed = bool(geometry.ornaments or self._ornaments.shown)
+        retuned, self._tuned = self._tuned != settings, settings
         self._ornaments.show(geometry.ornaments)
-        self._paint(scene, geometry)
+        self._paint(scene, geometry, settings)
         self._light(scene.light)
         camera.aim(self._scene, scene.camera, region)
         session.apply_settings(self._scene, settings, scene.render_seed)
         self._clamp(scene.light)
-        # What comes and goes would leave the kept scene in an order that depends on the past.
-        self._scene.render.use_persistent_data = self._persistent_data and not dressed
+        # What comes and goes would leave the kept scene in an order that depends on the past; the
+        # kept pattern of samples would stay that of another number of samples.
+        kept = self._persistent_data and not dressed and not retuned
+        self._scene.render.use_persistent_data = kept
         placed = time.perf_counter()
         rgba = film.shoot(self._scene, self._film)
         traced = time.perf_counter()
         return Frame(rgba, region, {"place": placed - started, "trace": traced - placed})
 
-    def _paint(self, scene: HandScene, geometry: SceneGeometry) -> None:
+    def _paint(self, scene: HandScene, geometry: SceneGeometry, settings: RenderSettings) -> None:
         detail = self._detail(scene, geometry)
         images = self._shelf.images(scene.skin, scene.cell.gender, detail)
-        self._skin.paint(scene.skin, images, relief=detail.relief)
+        path_m = max(scene.skin.mean_free_path_mm) * METRES_PER_MM
+        path_px = path_m * pixels_per_m(scene.camera, geometry.keypoints_m)
+        scatters = path_px >= settings.scatter_from_px
+        self._skin.paint(scene.skin, images, relief=detail.relief, scatters=scatters)
         self._shelf.show(images)
 
     def _detail(self, scene: HandScene, geometry: SceneGeometry) -> Detail:

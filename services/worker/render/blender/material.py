@@ -36,9 +36,12 @@ class SkinMaterial:
     albedo: bpy.types.Node
     relief: bpy.types.Node
     bump: bpy.types.Node
+    raising: bpy.types.Node
 
-    def paint(self, skin: Skin, images: SkinImages, *, relief: bool) -> None:
+    def paint(self, skin: Skin, images: SkinImages, *, relief: bool, scatters: bool) -> None:
         """Set pictures and scattering; without relief the normal stays the mesh's own.
+
+        Where light does not wander it leaves where it came in, with the albedo's share of it.
 
         RANDOM_WALK's radius is the mean free path itself, as tests/render/test_scattering.py
         measures; releases of Blender have differed.
@@ -48,6 +51,10 @@ class SkinMaterial:
         polish = skin.nail_polish
         coat_roughness = polish.roughness if polish else NAIL_COAT_ROUGHNESS
         self.principled.inputs["Coat Roughness"].default_value = coat_roughness
+        self.principled.inputs["Subsurface Weight"].default_value = float(scatters)
+        gain, loss = (WALK_GAIN_PER_ALBEDO, WALK_LOSS) if scatters else (0.0, 0.0)
+        self.raising.inputs[1].default_value = (gain,) * 3
+        self.raising.inputs[2].default_value = (1.0 + loss,) * 3
         self.principled.inputs["Subsurface Radius"].default_value = skin.mean_free_path_mm
 
     def _bend_normals(self, *, bent: bool) -> None:
@@ -68,8 +75,12 @@ def new_skin_material() -> SkinMaterial:
     principled = principled_node(material.node_tree)
     uv = graph.uv(UV_LAYER)
     albedo, relief = graph.picture(uv, "Linear"), graph.picture(uv, "Linear")
-    raised = _raised(graph, albedo.outputs["Color"])
-    graph.link(raised, principled.inputs["Base Color"])
+    raising = graph.vector_math("MULTIPLY_ADD")
+    graph.link(albedo.outputs["Color"], raising.inputs[0])
+    base = graph.vector_math("MULTIPLY")
+    graph.link(albedo.outputs["Color"], base.inputs[0])
+    graph.link(raising.outputs[0], base.inputs[1])
+    graph.link(base.outputs[0], principled.inputs["Base Color"])
     graph.link(albedo.outputs["Alpha"], principled.inputs["Roughness"])
     still, folds, coat, _ = graph.channels(relief)
     graph.link(coat, principled.inputs["Coat Weight"])
@@ -79,18 +90,7 @@ def new_skin_material() -> SkinMaterial:
     graph.link(still, height.inputs[2])
     bump = graph.bump(METRES_PER_MM, WHOLE_PIXEL)
     graph.link(height.outputs[0], bump.inputs["Height"])
-    return SkinMaterial(material, principled, albedo, relief, bump)
-
-
-def _raised(graph: Graph, albedo: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
-    """Return the base colour with which the random walk returns an albedo."""
-    factor, base = graph.vector_math("MULTIPLY_ADD"), graph.vector_math("MULTIPLY")
-    graph.link(albedo, factor.inputs[0])
-    factor.inputs[1].default_value = (WALK_GAIN_PER_ALBEDO,) * 3
-    factor.inputs[2].default_value = (1.0 + WALK_LOSS,) * 3
-    graph.link(albedo, base.inputs[0])
-    graph.link(factor.outputs[0], base.inputs[1])
-    return base.outputs[0]
+    return SkinMaterial(material, principled, albedo, relief, bump, raising)
 
 
 def principled_node(tree: bpy.types.NodeTree) -> bpy.types.Node:

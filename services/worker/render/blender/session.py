@@ -63,7 +63,7 @@ def _set_integrator(cycles: object) -> None:
     values: dict[str, object] = {
         "use_adaptive_sampling": False,
         "time_limit": 0.0,
-        "sampling_pattern": "TABULATED_SOBOL",
+        "sampling_pattern": "BLUE_NOISE",
         "use_sample_subset": False,
         "scrambling_distance": 1.0,
         "auto_scrambling_distance": False,

@@ -12,7 +12,7 @@ from hi5_common.domain.vocabulary import Gender
 from services.worker.hand.skinmaps.maps import SkinMaps
 from services.worker.hand.skinmaps.store import MapLevel, load_skin_maps
 from services.worker.render.detail import Detail
-from services.worker.scene.skin_paint import painted
+from services.worker.scene.skin_paint import SkinPicture, painted
 from services.worker.scene.types import Skin
 
 
@@ -22,6 +22,15 @@ class SkinImages:
 
     albedo: bpy.types.Image
     relief: bpy.types.Image
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a hand's pictures are made of."""
+
+    skin: Skin
+    gender: Gender
+    detail: Detail
 
 
 @dataclass(eq=False)
@@ -34,6 +43,7 @@ class SkinImageShelf:
     cache_dir: Path
     maps: dict[tuple[Gender, MapLevel], Future[SkinMaps]] = field(default_factory=dict)
     shown: SkinImages | None = None
+    expected: tuple[Wanted, SkinPicture] | None = None
     _beside: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
 
     def fetch(self, gender: Gender, level: MapLevel) -> Future[SkinMaps]:
@@ -49,9 +59,19 @@ class SkinImageShelf:
 
     def images(self, skin: Skin, gender: Gender, detail: Detail) -> SkinImages:
         """Return new images of a skin. The ones before are kept until `show` is called."""
-        maps = self.fetch(gender, detail.level).result()
-        picture = painted(skin, maps, detail.pattern)
+        wanted = Wanted(skin, gender, detail)
+        ready, self.expected = self.expected, None
+        picture = ready[1] if ready and ready[0] == wanted else self._mixed(wanted)
         return SkinImages(_image("albedo", picture.albedo), _image("relief", picture.relief))
+
+    def expect(self, skin: Skin, gender: Gender, detail: Detail) -> None:
+        """Mix the pictures that will be asked for next; any thread may."""
+        wanted = Wanted(skin, gender, detail)
+        self.expected = (wanted, self._mixed(wanted))
+
+    def _mixed(self, wanted: Wanted) -> SkinPicture:
+        maps = self.fetch(wanted.gender, wanted.detail.level).result()
+        return painted(wanted.skin, maps, wanted.detail.pattern)
 
     def show(self, images: SkinImages) -> None:
         """Remove the images shown before, now that the material has these."""

@@ -7,10 +7,10 @@ from hi5_common.domain.seeding import factor_rng
 from services.worker.compose.camera_look import (
     BRIGHTEST,
     SHOULDER_START,
-    noisy,
+    Noise,
     out_of_focus,
-    photographed,
     shoulder,
+    softened,
     straightened,
 )
 from services.worker.scene.camera_look import PLAIN_LOOK, CameraLook, draw_camera_look
@@ -24,6 +24,10 @@ SHALLOW = CameraLook(0.0, 4.0, 0.0, 0.0, 0)
 def _light(side_px: int = 640) -> F4:
     rng = factor_rng(3, 0, "light")
     return rng.random((side_px, side_px, 3), dtype=np.float32) * np.float32(SHOULDER_START)
+
+
+def photographed(bent: F4, look: CameraLook) -> F4:
+    return Noise(look).on_bent(softened(bent, look))
 
 
 def test_the_plain_look_changes_nothing_below_the_shoulder() -> None:
@@ -48,7 +52,7 @@ def test_softness_is_a_share_of_the_picture() -> None:
 def test_noise_has_the_variance_of_counted_light() -> None:
     for level in (0.0, 0.1, 0.4):
         light = np.full((200, 200, 3), level, dtype=np.float32)
-        grain = noisy(light, GRAINY) - light
+        grain = Noise(GRAINY).on(light) - light
         assert grain.mean() == pytest.approx(0.0, abs=5e-4)
         assert grain.var() == pytest.approx(1e-3 * level + 1e-5, rel=0.03)
 
@@ -64,7 +68,7 @@ def test_noise_is_drawn_by_its_seed_alone() -> None:
     finally:
         cv2.setNumThreads(threads)
     assert all((picture == pictures[0]).all() for picture in pictures)
-    assert (noisy(light, GRAINY) != noisy(light, CameraLook(0.0, 0.0, 1e-3, 1e-5, 8))).any()
+    assert (Noise(GRAINY).on(light) != Noise(CameraLook(0.0, 0.0, 1e-3, 1e-5, 8)).on(light)).any()
 
 
 def test_the_shoulder_keeps_order_and_never_burns() -> None:

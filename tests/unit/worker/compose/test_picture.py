@@ -1,3 +1,5 @@
+import math
+
 import cv2
 import numpy as np
 import pytest
@@ -8,9 +10,8 @@ from services.worker.compose.background import MAX_READINGS, readings_per_side, 
 from services.worker.compose.camera_look import shoulder
 from services.worker.compose.encode import encode_picture
 from services.worker.compose.picture import (
-    OUTLINE_PX,
     bent_layer,
-    even_outline,
+    outlined,
     over,
     to_srgb8,
 )
@@ -66,6 +67,36 @@ def test_only_wanted_pixels_are_read() -> None:
     assert (seen.any(axis=-1) == wanted).all()
 
 
+@pytest.mark.parametrize("forward", [(1.0, 0.0, 0.0), (0.6, 0.0, 0.8), (0.1, 0.02, -0.99)])
+@pytest.mark.parametrize("focal_px", [40.0, 100.0, 900.0])
+def test_interpolated_gazes_are_those_worked_out_for_every_pixel(
+    forward: tuple[float, float, float], focal_px: float
+) -> None:
+    x, y, z = np.array(forward) / np.linalg.norm(forward)
+    camera = Camera(
+        Intrinsics(focal_px, 1.1 * focal_px, 51.0, 47.0, 100, 90),
+        _looking((float(x), float(y), float(z))).world_to_camera,
+    )
+    # Light is the direction that is looked in: smooth, and told apart everywhere.
+    rows, columns = np.indices((512, 1024)) + 0.5
+    longitude, latitude = math.pi * (1.0 - columns / 512.0), math.pi * (0.5 - rows / 512.0)
+    level = np.cos(latitude)
+    panorama = np.stack(
+        [level * np.cos(longitude), level * np.sin(longitude), np.sin(latitude)], axis=-1
+    ).astype(np.float32)
+    seen = render_background(camera, panorama, 30.0, np.ones((90, 100), dtype=np.bool_))
+    down, across = np.indices((90, 100)) + 0.5
+    ray = np.stack(
+        [(across - 51.0) / focal_px, (down - 47.0) / (1.1 * focal_px), np.ones_like(down)], axis=-1
+    )
+    ray = ray @ camera.world_to_camera[:3, :3]
+    ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
+    turn = math.radians(30.0)
+    back = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    wanted = np.concatenate([ray[..., :2] @ back, ray[..., 2:]], axis=-1)
+    assert np.abs(seen - wanted).max() < (2e-3 if focal_px > 150.0 else 0.02)
+
+
 def test_coarse_pixels_are_averages() -> None:
     assert readings_per_side(NARROW, 1024) == 1
     assert readings_per_side(Intrinsics(50.0, 50.0, 8, 8, 16, 16), 1024) == 4
@@ -78,25 +109,28 @@ def test_over_keeps_both_lights() -> None:
     assert over(rgba, behind).tolist() == [[[0.75, 0.5, 0.5], [1.0, 1.0, 1.0]]]
 
 
-def test_an_outline_of_few_samples_is_evened_and_colours_stay() -> None:
+def test_a_hand_covers_what_its_mesh_does_in_the_colour_of_what_is_drawn_near() -> None:
     rng = factor_rng(1, 0, "coverage")
     true = np.clip(np.arange(24)[None] - 11.5 + 0.1 * np.arange(40)[:, None], 0.0, 1.0)
-    alpha = rng.binomial(4, true) / 4.0
+    alpha = rng.binomial(2, true) / 2.0
     skin = np.array([0.3, 0.2, 0.1])
     rgba = np.concatenate([skin * alpha[..., None], alpha[..., None]], axis=-1).astype(np.float32)
-    even = even_outline(rgba)
-    edge = cv2.GaussianBlur(true, (5, 5), OUTLINE_PX)
-
-    def error(found: np.ndarray) -> float:
-        at = (true > 0.0) & (true < 1.0)
-        return float(np.sqrt(((found - edge)[at] ** 2).mean()))
-
-    assert error(even[..., 3]) < 0.6 * error(rgba[..., 3])
-    covered = even[..., 3] > 0.01
-    own = even[covered, :3] / even[covered, 3:]
+    found = outlined(rgba, true.astype(np.float32))
+    edge = (true > 0.0) & (true < 1.0)
+    assert (np.abs(alpha - true)[edge] > 0.1).any()
+    seen = edge & (found[..., 3] > 0.0)
+    assert seen.sum() > 0.9 * edge.sum()
+    assert found[seen, 3] == pytest.approx(true[seen], abs=1e-6)
+    own = found[seen, :3] / found[seen, 3:]
     assert own == pytest.approx(np.broadcast_to(skin, own.shape), rel=1e-3)
-    assert (even[:, :4] == 0.0).all()
-    assert (even[-1, -8:, 3] == 1.0).all()
+    assert (found[true == 1.0] == rgba[true == 1.0]).all()
+    assert (outlined(rgba, None) == rgba).all()
+
+
+def test_a_sliver_that_no_sample_met_is_left_out() -> None:
+    share = np.zeros((9, 9), dtype=np.float32)
+    share[4, 4] = 0.2
+    assert (outlined(np.zeros((9, 9, 4), dtype=np.float32), share) == 0.0).all()
 
 
 @pytest.mark.parametrize("window", [0.4, 2.0, 16.0, 60_000.0])

@@ -37,7 +37,7 @@ def test_the_nearer_surface_wins_in_either_order() -> None:
         geometry = scene_of(boxes, parts)
         mesh = project_mesh(CAMERA, geometry)
         surface = rasterise(mesh)
-        part = geometry.part[surface.nearest_vertex(mesh)]
+        part = geometry.part[surface.nearest_vertex]
         assert part[20, 31] == 3
         assert part[20, 45] == 7
 
@@ -45,7 +45,7 @@ def test_the_nearer_surface_wins_in_either_order() -> None:
 def test_big_and_small_triangles_give_the_same_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = project_mesh(CAMERA, scene_of([box((0.1, 0.0, 0.5), (0.3, 0.2, 0.1))], [0]))
     whole = rasterise(mesh)
-    monkeypatch.setattr("services.worker.label.raster.CHUNK", 7)
+    monkeypatch.setattr("services.worker.label.scan.CHUNK", 7)
     assert (rasterise(mesh).triangle == whole.triangle).all()
 
 

@@ -20,6 +20,7 @@ from services.worker.hand.parts import PARTS, HandPart
 from services.worker.hand.skin import posed_hand
 from services.worker.label.label import label_image
 from services.worker.label.projected import project_mesh
+from services.worker.label.raster import rasterise
 from services.worker.scene.geometry import build_geometry
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.poses import pose_library, solved_angles
@@ -45,7 +46,7 @@ def _spec(number: int) -> DatasetSpec:
 def _labelled(scene: HandScene, geometry: SceneGeometry) -> dict[str, Any]:
     mesh = project_mesh(scene.camera, geometry)
     kinds = frozenset(LabelKind)
-    label = label_image(scene, geometry, mesh, kinds, file_name="0.jpg", resolved={})
+    label = label_image(scene, geometry, rasterise(mesh), kinds, file_name="0.jpg", resolved={})
     document: dict[str, Any] = json.loads(label.model_dump_json())
     return document
 
