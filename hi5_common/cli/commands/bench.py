@@ -31,7 +31,10 @@ def bench_render(
         ),
     ] = None,
     scenes: Annotated[
-        int | None, typer.Option(min=1, max=12, help="Only the first so many.")
+        str | None,
+        typer.Option(
+            help="How many measured, of these in front and ablations, and confirming: 12,12,6."
+        ),
     ] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Of each image, after one to warm up.")] = 3,
     resume: Annotated[
@@ -49,9 +52,12 @@ def bench_render(
     arguments = [f"--out={out}", f"--repeats={repeats}"]
     arguments += ["--reduced"] if reduced else []
     arguments += ["--resume"] if resume else []
-    arguments += [] if scenes is None else [f"--scenes={scenes}"]
-    arguments += [] if reference_samples is None else [f"--reference-samples={reference_samples}"]
-    arguments += [] if threads is None else [f"--threads={threads}"]
+    numbers = {
+        "scenes": scenes,
+        "reference-samples": reference_samples,
+        "threads": threads,
+    }
+    arguments += [f"--{name}={value}" for name, value in numbers.items() if value is not None]
     arguments += ["--only", *only] if only else []
     command = python_module("services.worker.bench", *arguments)
     finished = subprocess.run(command, env=importing_us(os.environ), check=False)

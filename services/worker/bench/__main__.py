@@ -16,7 +16,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from hi5_common.domain.errors import Hi5Error, InvalidInput, PermanentError
+from hi5_common.domain.errors import Hi5Error, InvalidInput, PermanentError, Problem
 from hi5_common.settings import Settings
 from services.worker.bench import ways
 from services.worker.bench.errors import Halves, errors_of
@@ -34,17 +34,22 @@ GROUPS = ("preset", "straightforward", "front", "ablation", "confirm")
 
 @dataclass(frozen=True)
 class Size:
-    """How much is measured: samples of half a reference, scenes, and samples of the ways."""
+    """How much is measured: samples of half a reference, scenes, and samples of the ways.
+
+    few: scenes of the front and of the ablations, which are many ways.
+    """
 
     reference_samples: int
     scenes: int
     confirm: int
+    few: int
     front_samples: tuple[int, ...]
     straightforward_samples: tuple[int, ...]
 
 
-FULL = Size(1024, 12, 6, (2, 4, 8, 16, 32), (2, 4, 8))
-REDUCED = Size(96, 3, 1, (2, 4), (2, 4))
+MOST = (12, 12, 6)
+FULL = Size(1024, 12, 6, 12, (2, 4, 8, 16, 32), (2, 4, 8))
+REDUCED = Size(32, 3, 1, 1, (2,), (2, 4))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -57,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         threads = asked.threads or settings.render_threads
         run = Bench(settings, asked.out, SIDE_PX, threads, asked.resume)
         size = REDUCED if asked.reduced else FULL
-        size = replace(size, scenes=asked.scenes or size.scenes)
+        size = _with_scenes(size, asked.scenes) if asked.scenes else size
         found = measure(run, size, asked.reference_samples, asked.only or GROUPS, asked.repeats)
     except Hi5Error as error:
         say(f"error: {error}")
@@ -68,6 +73,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     write_page(asked.out, found.document)
     say(f"wrote {asked.out / 'results.json'} and {asked.out / 'render.md'}")
     return 0
+
+
+def _with_scenes(size: Size, asked: str) -> Size:
+    """Return a size with the numbers of scenes that were asked for. Raises InvalidInput."""
+    parts = asked.split(",")
+    if len(parts) > len(MOST) or not all(
+        part.isdecimal() and 1 <= int(part) <= most for part, most in zip(parts, MOST, strict=False)
+    ):
+        remedy = "Give one to three numbers: at most 12 measured, 12 of these, 6 confirming."
+        raise InvalidInput([Problem("scenes", asked, remedy)])
+    scenes, few, confirm = [int(part) for part in parts] + list(MOST[len(parts) :])
+    return replace(size, scenes=scenes, few=min(few, scenes), confirm=confirm)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +105,10 @@ def measure(
     every = measured + (confirmed if "confirm" in groups else ())
     halves = run.references(every, samples)
     asked = [way for way in _ways(size) if way.group in groups]
-    results = [_result(run, way, measured, halves, repeats) for way in asked]
+    scenes_of = dict.fromkeys(("front", "ablation"), measured[: size.few])
+    results = [
+        _result(run, way, scenes_of.get(way.group, measured), halves, repeats) for way in asked
+    ]
     document: dict[str, Any] = {
         "machine": machine(run.threads),
         "seed": SEED,
@@ -97,7 +117,11 @@ def measure(
         "repeats": repeats,
         "scenes": [scene_document(scenes, index) for index in every],
         "ways": [result.document() for result in results],
-        "pareto": [result.way.name for result in pareto([r for r in results if _on_front(r)])],
+        "few": size.few,
+        "pareto": [
+            result.way.name
+            for result in pareto([r.on(measured[: size.few]) for r in results if _on_front(r)])
+        ],
     }
     plain = [result for result in results if result.way.group == "straightforward"]
     for result in results if plain else ():
@@ -178,7 +202,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, required=True, help="folder for results and page")
     parser.add_argument("--reduced", action="store_true", help="three scenes, minutes")
     parser.add_argument("--only", nargs="*", choices=GROUPS, help="only these groups of ways")
-    parser.add_argument("--scenes", type=int, help="only the first so many of those measured")
+    parser.add_argument(
+        "--scenes",
+        help="how many: measured, of these in front and ablations, and confirming; all: 12,12,6",
+    )
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument(
         "--resume", action="store_true", help="keep what an earlier run left in DIR and go on"

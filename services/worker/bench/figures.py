@@ -52,6 +52,10 @@ class Result:
         """Return the median over scenes of an error by name."""
         return float(median(getattr(scene.errors, name) for scene in self.scenes))
 
+    def on(self, indices: Sequence[int]) -> "Result":
+        """Return what was measured on some scenes."""
+        return Result(self.way, tuple(s for s in self.scenes if s.index in indices))
+
     def worst_db(self) -> float:
         """Return the lowest PSNR of a scene."""
         return min(scene.errors.psnr_db for scene in self.scenes)

@@ -6,7 +6,8 @@ from services.worker.label.projected import ProjectedMesh
 from services.worker.render.rect import PixelRect
 
 FILTER_MARGIN_PX = 2
-"""The Blackman-Harris pixel filter, 1.5 px wide, reaches 0.75 px; a pixel more for float32.
+"""The pixel filter reaches 1.5 px from a pixel's middle, a pixel's own half among them; half a
+pixel more for float32.
 
 Subsurface scattering needs no margin: light wanders inside the flesh, and leaves it on the flesh.
 """

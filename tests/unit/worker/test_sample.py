@@ -49,3 +49,31 @@ def test_a_calibration_of_ones_own_is_named_in_labels(
     cache = tmp_path_factory.mktemp("cache")
     other = open_studio(RendererName.FAKE, 1, cache, calibration=path)
     assert _made(other, {"max_error": 0.02}).label.scene["prediction"]["calibration"] == "our-boxes"
+
+
+def test_what_is_staged_ahead_changes_no_byte(studio: Studio) -> None:
+    image = {"width": 96, "height": 96}
+    spec = parse_spec({"count": 4, "image": image, "attributes": PLACES})
+    plan = Plan.of(spec)
+    alone = [studio.make_sample(spec, plan, index) for index in range(3)]
+    assert not any("ahead" in sample.phases_s for sample in alone)
+    # Nothing has number 9; number 2 comes although 0 was expected.
+    thens = (1, 0, 9)
+    staged = [studio.make_sample(spec, plan, index, then=then) for index, then in enumerate(thens)]
+    assert "scene" not in staged[1].phases_s
+    assert "scene" in staged[2].phases_s
+    for one, other in zip(alone, staged, strict=True):
+        assert one.image == other.image
+        assert one.label_json == other.label_json
+
+
+def test_what_is_staged_is_not_taken_for_another_spec(studio: Studio) -> None:
+    image = {"width": 96, "height": 96}
+    specs = [
+        parse_spec({"count": 4, "seed": seed, "image": image, "attributes": PLACES})
+        for seed in (5, 6)
+    ]
+    plans = [Plan.of(spec) for spec in specs]
+    wanted = studio.make_sample(specs[1], plans[1], 1)
+    studio.make_sample(specs[0], plans[0], 0, then=1)
+    assert studio.make_sample(specs[1], plans[1], 1).label_json == wanted.label_json
