@@ -138,7 +138,9 @@ class Studio:
     ) -> Sample:
         scene, mesh = staged.scene, staged.mesh
         region = touched_region(mesh)
-        choice = choose(spec.render, lambda: Features.of(scene, mesh, region), self.calibration)
+        choice = choose(
+            spec.render, lambda: Features.of(scene, staged.geometry, mesh, region), self.calibration
+        )
         making = Making.of(self.renderer, spec.render, choice, self._hand_sha256(scene))
         file_name = f"{file_stem}.{EXTENSIONS[spec.image.format]}"
 

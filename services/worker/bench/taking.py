@@ -68,10 +68,9 @@ class TriedRenderer:
     taken: list[Frame] = field(default_factory=list)
     phases_s: dict[str, float] = field(default_factory=dict)
 
-    @property
-    def name(self) -> str:
-        """The inner renderer's."""
-        return self.inner.name
+    def name_of(self, settings: RenderSettings) -> str:
+        """As the inner renderer."""
+        return self.inner.name_of(settings)
 
     @property
     def versions(self) -> dict[str, str]:
@@ -148,8 +147,9 @@ def main() -> int:
     features: dict[int, Features] = {}
     for index in job.indices:
         scene = sample_scene(bench.spec, bench.plan, index, studio.hands)
-        mesh = project_mesh(scene.camera, build_geometry(scene, studio.hands))
-        features[index] = Features.of(scene, mesh, touched_region(mesh))
+        geometry = build_geometry(scene, studio.hands)
+        mesh = project_mesh(scene.camera, geometry)
+        features[index] = Features.of(scene, geometry, mesh, touched_region(mesh))
         if way.outline:
             frames[index] = [_outlined(frame, mesh) for frame in frames[index]]
         _save(job.out_dir / f"{index}.npz", frames[index], scene.light.gain)

@@ -27,7 +27,8 @@ class Making:
         cls, renderer: Renderer, request: RenderRequest, choice: Choice, hand_sha256: str
     ) -> "Making":
         """Read the renderer's name and versions."""
-        return cls(renderer.name, renderer.versions, request, choice, hand_sha256)
+        name = renderer.name_of(choice.settings)
+        return cls(name, renderer.versions, request, choice, hand_sha256)
 
 
 def provenance(scene: HandScene, making: Making) -> dict[str, Any]:

@@ -18,10 +18,12 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from hi5_common.domain.errors import InvalidInput, Problem
-from hi5_common.domain.spec import RenderRequest
+from hi5_common.domain.spec import Engine, RenderRequest
 from services.worker.label.projected import ProjectedMesh
+from services.worker.render.detail import path_px
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import (
+    EEVEE_SETTINGS,
     QUALITY_SETTINGS,
     Denoise,
     Prefilter,
@@ -29,7 +31,7 @@ from services.worker.render.settings import (
 )
 from services.worker.scene.environments import LUMINANCE
 from services.worker.scene.exposure import lamps_of
-from services.worker.scene.types import HandScene
+from services.worker.scene.types import HandScene, SceneGeometry
 
 SAMPLES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
 """What an image may get: steps of about the root of two."""
@@ -43,16 +45,20 @@ class Features:
 
     concentration: 1 where one lamp gives all light, 1/N where N patches of sky give alike.
     albedo: luminance of the back of the hand. hand_px counts pixels of surfaces that face the
-    camera, one behind another too; region_px those that are traced.
+    camera, one behind another too; region_px those that are traced. path_px: the longest mean free
+    path of light in the skin.
     """
 
     concentration: float
     albedo: float
     hand_px: float
     region_px: int
+    path_px: float
 
     @classmethod
-    def of(cls, scene: HandScene, mesh: ProjectedMesh, region: PixelRect) -> "Features":
+    def of(
+        cls, scene: HandScene, geometry: SceneGeometry, mesh: ProjectedMesh, region: PixelRect
+    ) -> "Features":
         """Read them off a scene."""
         power = lamps_of(scene.light.environment).irradiance
         concentration = float((power**2).sum() / power.sum() ** 2) if power.size else 1.0
@@ -61,6 +67,7 @@ class Features:
             float(np.dot(scene.skin.dorsum_rgb, LUMINANCE)),
             _facing_px(mesh, region),
             region.width * region.height,
+            path_px(scene, geometry),
         )
 
 
@@ -108,7 +115,8 @@ def choose(asked: RenderRequest, features_of: Callable[[], Features], table: Cal
     seconds_per_image the most that fit, and one where none do. Beyond the most there are, the most.
     """
     if asked.quality is not None:
-        return Choice(QUALITY_SETTINGS[asked.quality])
+        eevee = asked.engine is Engine.EEVEE
+        return Choice((EEVEE_SETTINGS if eevee else QUALITY_SETTINGS)[asked.quality])
     features = features_of()
     if asked.max_error is not None:
         bound = asked.max_error
@@ -145,6 +153,7 @@ def time_features(features: Features, samples: int) -> Mapping[str, float]:
     return {
         "one": 1.0,
         "hand_megasamples": features.hand_px * samples / 1e6,
+        "wandering_megasamples": features.hand_px * samples / 1e6 * _wanders(features),
         "region_megasamples": features.region_px * samples / 1e6,
         "region_megapixels": features.region_px / 1e6,
     }
@@ -164,6 +173,10 @@ def read_calibration(path: Path) -> Calibration:
     except (OSError, ValueError, ValidationError) as error:
         remedy = f"Name a file that `hi5 bench calibrate` wrote ({str(error).splitlines()[0]})."
         raise InvalidInput([Problem("HI5_CALIBRATION", str(path), remedy)]) from error
+
+
+def _wanders(features: Features) -> bool:
+    return features.path_px >= RenderSettings(1, DENOISE, PREFILTER).scatter_from_px
 
 
 def _facing_px(mesh: ProjectedMesh, region: PixelRect) -> float:

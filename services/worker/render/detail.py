@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from services.worker.hand.maps import smoothstep
 from services.worker.hand.skinmaps.store import MapLevel
-from services.worker.scene.types import Camera
+from services.worker.scene.types import Camera, HandScene, SceneGeometry
 
 MOST_PX_PER_M = {
     MapLevel.TINY: 1800.0,
@@ -50,6 +50,12 @@ def detail_for(camera: Camera, keypoints_m: npt.NDArray[np.float64]) -> Detail:
     level = next(level for level in MapLevel if size <= MOST_PX_PER_M[level])
     pattern = float(smoothstep(*PATTERN_PX_PER_M, np.array(size)))
     return Detail(level, pattern, size >= RELIEF_PX_PER_M)
+
+
+def path_px(scene: HandScene, geometry: SceneGeometry) -> float:
+    """Return the longest mean free path of light in a scene's skin, in pixels."""
+    path_m = max(scene.skin.mean_free_path_mm) / 1000.0
+    return path_m * pixels_per_m(scene.camera, geometry.keypoints_m)
 
 
 def pixels_per_m(camera: Camera, keypoints_m: npt.NDArray[np.float64]) -> float:

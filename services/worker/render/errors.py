@@ -19,5 +19,9 @@ class BlackFrame(RenderFailed):
     """The hand is in the frame, but no light reached it."""
 
 
+class EngineMissing(PermanentError):
+    """The engine that a spec names cannot draw on this machine."""
+
+
 class DeviceMissing(PermanentError):
     """The device that HI5_DEVICE names cannot be used."""

@@ -25,7 +25,9 @@ AMBIENT = 0.3
 class FakeRenderer:
     """Shades the z-buffer: albedo × mean light × a headlight's cosine."""
 
-    name = "fake"
+    def name_of(self, settings: RenderSettings) -> str:  # noqa: ARG002  it knows no engines
+        """Return its own name."""
+        return "fake"
 
     @property
     def versions(self) -> dict[str, str]:

@@ -28,9 +28,8 @@ class Frame:
 class Renderer(Protocol):
     """Draws a hand on the pixels of a rectangle."""
 
-    @property
-    def name(self) -> str:
-        """The name that labels record as provenance."""
+    def name_of(self, settings: RenderSettings) -> str:
+        """Return the name that labels record of what draws with these settings."""
         ...
 
     @property

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
-from hi5_common.domain.spec import Quality
+from hi5_common.domain.spec import Engine, Quality
 
 
 class Denoise(StrEnum):
@@ -45,6 +45,7 @@ class RenderSettings:
     denoise: Denoise
     prefilter: Prefilter
     max_bounces: int = 4
+    engine: Engine = Engine.CYCLES
     scatter_from_px: float = 1.25
     """Light wanders in the skin where the longest of its mean free paths is so many pixels."""
 
@@ -59,3 +60,13 @@ QUALITY_SETTINGS: Mapping[Quality, RenderSettings] = MappingProxyType(
         ),
     }
 )
+
+EEVEE_SETTINGS: Mapping[Quality, RenderSettings] = MappingProxyType(
+    {
+        quality: RenderSettings(
+            samples, Denoise.NONE, Prefilter.NONE, scatter_from_px=0.0, engine=Engine.EEVEE
+        )
+        for quality, samples in ((Quality.DRAFT, 8), (Quality.STANDARD, 32), (Quality.HIGH, 128))
+    }
+)
+"""EEVEE's samples move the camera within a pixel, and shadows; no bounces are traced."""

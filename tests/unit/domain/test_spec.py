@@ -54,6 +54,15 @@ WRONG = [
         "equal to 0.05",
     ),
     (
+        "count: 3\nrender: {engine: eevee, max_error: 0.01}",
+        *("render.max_error", "0.01", "engine: cycles"),
+    ),
+    (
+        "count: 3\nrender: {engine: eevee, quality: reference}",
+        *("render.quality", "reference", "draft, standard or high"),
+    ),
+    ("count: 3\nrender: {engine: lux}", "render.engine", "'lux'", "'eevee'"),
+    (
         "count: 3\nrender: {quality: high, max_error: 0.01}",
         *("render", "quality and max_error", "Name one of"),
     ),

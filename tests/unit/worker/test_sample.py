@@ -28,7 +28,7 @@ def test_a_label_says_what_was_asked_and_what_was_used(studio: Studio) -> None:
     chosen = {}
     for render in ({"max_error": 0.05}, {"max_error": 0.01}, {"seconds_per_image": 0.3}):
         scene = _made(studio, dict(render)).label.scene
-        assert scene["render"] == render
+        assert scene["render"] == {"engine": "cycles", **render}
         assert scene["prediction"]["calibration"] == studio.calibration.name
         (way, bound), *_ = render.items()
         predicted = "error" if way == "max_error" else "seconds"
@@ -37,7 +37,7 @@ def test_a_label_says_what_was_asked_and_what_was_used(studio: Studio) -> None:
     assert chosen["max_error", 0.01] > chosen["max_error", 0.05]
     plain = _made(studio, {"quality": "draft"}).label.scene
     assert plain["prediction"] is None
-    assert plain["render"] == {"quality": "draft"}
+    assert plain["render"] == {"engine": "cycles", "quality": "draft"}
 
 
 def test_a_calibration_of_ones_own_is_named_in_labels(

@@ -1,4 +1,4 @@
-"""Cycles on the CPU: the renderer that makes hi5's pictures."""
+"""Blender's Cycles, or EEVEE where a spec asks for it: the renderer that makes hi5's pictures."""
 
 import time
 from collections.abc import Mapping
@@ -10,13 +10,14 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from hi5_common.domain.spec import Engine
 from hi5_common.domain.vocabulary import Gender
 from services.worker.render.blender import camera, devices, film, mesh, session
-from services.worker.render.blender.material import METRES_PER_MM, new_skin_material
+from services.worker.render.blender.material import new_skin_material
 from services.worker.render.blender.ornaments import OrnamentRack
 from services.worker.render.blender.skin_images import SkinImageShelf
 from services.worker.render.blender.world import IMPORTANCE_MAP_PX, new_world
-from services.worker.render.detail import Detail, detail_for, finer, pixels_per_m
+from services.worker.render.detail import Detail, detail_for, finer, path_px
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import RenderSettings
@@ -26,8 +27,6 @@ from services.worker.scene.types import Array, Camera, HandScene, Light, SceneGe
 
 class CyclesRenderer:
     """Renders hands one after another in this process; bpy is global, so make only one."""
-
-    name = "cycles"
 
     def __init__(
         self,
@@ -64,6 +63,10 @@ class CyclesRenderer:
         self._tuned: RenderSettings | None = None
         self._hand: bpy.types.Object | None = None
         self._topology: npt.NDArray[np.int32] | None = None
+
+    def name_of(self, settings: RenderSettings) -> str:
+        """Return the engine's name."""
+        return settings.engine.value
 
     @property
     def versions(self) -> dict[str, str]:
@@ -111,10 +114,9 @@ class CyclesRenderer:
     def _paint(self, scene: HandScene, geometry: SceneGeometry, settings: RenderSettings) -> None:
         detail = self._detail(scene, geometry)
         images = self._shelf.images(scene.skin, scene.cell.gender, detail)
-        path_m = max(scene.skin.mean_free_path_mm) * METRES_PER_MM
-        path_px = path_m * pixels_per_m(scene.camera, geometry.keypoints_m)
-        scatters = path_px >= settings.scatter_from_px
-        self._skin.paint(scene.skin, images, relief=detail.relief, scatters=scatters)
+        walked = settings.engine is Engine.CYCLES
+        scatters = path_px(scene, geometry) >= settings.scatter_from_px
+        self._skin.paint(scene.skin, images, relief=detail.relief, scatters=scatters, walked=walked)
         self._shelf.show(images)
 
     def _detail(self, scene: HandScene, geometry: SceneGeometry) -> Detail:

@@ -38,10 +38,13 @@ class SkinMaterial:
     bump: bpy.types.Node
     raising: bpy.types.Node
 
-    def paint(self, skin: Skin, images: SkinImages, *, relief: bool, scatters: bool) -> None:
+    def paint(
+        self, skin: Skin, images: SkinImages, *, relief: bool, scatters: bool, walked: bool
+    ) -> None:
         """Set pictures and scattering; without relief the normal stays the mesh's own.
 
-        Where light does not wander it leaves where it came in, with the albedo's share of it.
+        Where light does not wander it leaves where it came in, with the albedo's share of it; where
+        it does, it is `walked` through the flesh or blurred.
 
         RANDOM_WALK's radius is the mean free path itself, as tests/render/test_scattering.py
         measures; releases of Blender have differed.
@@ -52,7 +55,7 @@ class SkinMaterial:
         coat_roughness = polish.roughness if polish else NAIL_COAT_ROUGHNESS
         self.principled.inputs["Coat Roughness"].default_value = coat_roughness
         self.principled.inputs["Subsurface Weight"].default_value = float(scatters)
-        gain, loss = (WALK_GAIN_PER_ALBEDO, WALK_LOSS) if scatters else (0.0, 0.0)
+        gain, loss = (WALK_GAIN_PER_ALBEDO, WALK_LOSS) if scatters and walked else (0.0, 0.0)
         self.raising.inputs[1].default_value = (gain,) * 3
         self.raising.inputs[2].default_value = (1.0 + loss,) * 3
         self.principled.inputs["Subsurface Radius"].default_value = skin.mean_free_path_mm

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import bpy
 
+from hi5_common.domain.spec import Engine
+from services.worker.render.blender import eevee
 from services.worker.render.settings import Denoise, RenderSettings
 
 MIN_THREADS, MAX_THREADS = 1, 1024
@@ -32,7 +34,14 @@ def open_session(threads: int, *, persistent_data: bool) -> BlenderSession:
 
 
 def apply_settings(scene: bpy.types.Scene, settings: RenderSettings, seed: int) -> None:
-    """Set samples, bounces, denoiser and the noise seed of the next frame."""
+    """Set engine, samples, bounces, denoiser and the noise seed of the next frame.
+
+    Raises EngineMissing.
+    """
+    if settings.engine is Engine.EEVEE:
+        eevee.apply_settings(scene, settings)
+        return
+    scene.render.engine = "CYCLES"
     cycles = scene.cycles
     cycles.seed = seed
     cycles.samples = settings.samples

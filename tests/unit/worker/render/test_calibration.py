@@ -21,9 +21,9 @@ from services.worker.render.calibration import (
 )
 from services.worker.render.settings import QUALITY_SETTINGS
 
-PLAIN = Features(concentration=0.05, albedo=0.25, hand_px=40_000.0, region_px=90_000)
-SUNNY = Features(concentration=0.9, albedo=0.05, hand_px=20_000.0, region_px=50_000)
-LARGE = Features(concentration=0.05, albedo=0.25, hand_px=300_000.0, region_px=400_000)
+PLAIN = Features(concentration=0.05, albedo=0.25, hand_px=40_000.0, region_px=90_000, path_px=2.0)
+SUNNY = Features(concentration=0.9, albedo=0.05, hand_px=20_000.0, region_px=50_000, path_px=0.3)
+LARGE = Features(concentration=0.05, albedo=0.25, hand_px=300_000.0, region_px=400_000, path_px=3.0)
 EVERY = (PLAIN, SUNNY, LARGE)
 
 
@@ -89,6 +89,7 @@ def test_a_fit_finds_the_table_that_rows_were_made_with() -> None:
         time={
             "one": 0.4,
             "hand_megasamples": 4.0,
+            "wandering_megasamples": 3.0,
             "region_megasamples": 0.5,
             "region_megapixels": 6.0,
         },
@@ -100,6 +101,7 @@ def test_a_fit_finds_the_table_that_rows_were_made_with() -> None:
             albedo=float(rng.uniform(0.03, 0.5)),
             hand_px=float(rng.uniform(5e3, 2e5)),
             region_px=int(rng.uniform(2e5, 4e5)),
+            path_px=float(rng.uniform(0.2, 4.0)),
         )
         for samples in (1, 2, 4, 8, 16, 32):
             mse = truth.error_at(features, samples) ** 2
