@@ -14,12 +14,14 @@ def tight_box(mesh: ProjectedMesh, of_vertex: npt.NDArray[np.bool_]) -> Box | No
     Edges are cut at the frame, so a hand that leaves the picture gets a box that ends there.
     None if nothing of it is in the frame. of_vertex: (W,).
     """
-    corners = mesh.corners_px[all_of(of_vertex[mesh.triangles])]
     size = np.array([mesh.intrinsics.width_px, mesh.intrinsics.height_px], dtype=np.float64)
-    x, y = corners[..., 0], corners[..., 1]
-    inside = (x >= 0) & (x <= size[0]) & (y >= 0) & (y <= size[1])
-    leaving = corners[~all_of(inside)]
-    points = np.concatenate([corners[inside], _clipped(_sides(leaving), size)])
+    pixels = mesh.vertices_px
+    inside = all_of((pixels >= 0) & (pixels <= size))
+    triangles = mesh.triangles[all_of(of_vertex[mesh.triangles])]
+    held = np.zeros(len(pixels), dtype=np.bool_)
+    held[triangles.ravel()] = True
+    leaving = pixels[triangles[~all_of(inside[triangles])]]
+    points = np.concatenate([pixels[held & inside], _clipped(_sides(leaving), size)])
     if not len(points):
         return None
     left, top = points.min(axis=0).tolist()

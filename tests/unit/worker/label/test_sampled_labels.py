@@ -21,6 +21,7 @@ from services.worker.hand.skin import posed_hand
 from services.worker.label.label import label_image
 from services.worker.label.projected import project_mesh
 from services.worker.label.raster import rasterise
+from services.worker.ornaments.mesh import OrnamentMesh
 from services.worker.scene.geometry import build_geometry
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.poses import pose_library, solved_angles
@@ -58,8 +59,11 @@ def _decoded(mask: dict[str, Any]) -> npt.NDArray[np.bool_]:
     return decoded > 0
 
 
-def _first_hit(origin: F8, way: F8, triangles_m: F8) -> int | None:
-    """Return the first triangle (T, 3, 3) on a ray (Möller and Trumbore 1997), if there is one."""
+def _first_hit(origin: F8, way: F8, triangles_m: F8) -> tuple[int, float] | None:
+    """Return the first triangle (T, 3, 3) on a ray (Möller and Trumbore 1997), if there is one.
+
+    And where on the ray, in lengths of `way`.
+    """
     a, side, other = (
         triangles_m[:, 0],
         *(triangles_m[:, corner] - triangles_m[:, 0] for corner in (1, 2)),
@@ -70,7 +74,8 @@ def _first_hit(origin: F8, way: F8, triangles_m: F8) -> int | None:
         scale = 1.0 / (side * p).sum(axis=1)
         u, v, t = (s * p).sum(axis=1) * scale, (q @ way) * scale, (other * q).sum(axis=1) * scale
     distance = np.where((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0), t, np.inf)
-    return int(distance.argmin()) if np.isfinite(distance).any() else None
+    first = int(distance.argmin())
+    return (first, float(distance[first])) if np.isfinite(distance[first]) else None
 
 
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")
@@ -89,6 +94,7 @@ def test_a_label_agrees_with_its_own_matrices_and_masks(hands: HandLibrary, numb
     assert np.abs(pixels - [point["image_px"] for point in points]).max() < 1e-6
     _check_masks(label, pixels)
     _check_rays(label, geometry, number)
+    _check_sights(label, geometry)
     assert label["in_frame_share"] >= 0.75
     assert label["affect"] == POSE_AFFECT[scene.cell.pose]
 
@@ -123,7 +129,53 @@ def _check_rays(label: dict[str, Any], geometry: SceneGeometry, number: int) -> 
             -to_world @ extrinsics[:3, 3], to_world @ ray, geometry.vertices_m[corners]
         )
         assert whole[row, column] == (hit is not None)
-        assert hand[row, column] == (hit is not None and is_hand[hit])
+        assert hand[row, column] == (hit is not None and is_hand[hit[0]])
+
+
+def _check_sights(label: dict[str, Any], geometry: SceneGeometry) -> None:
+    """Compare what is said of each joint with the ray from the lens to it, cast in the world."""
+    extrinsics = np.array(label["camera"]["world_to_camera_m"])
+    lens_m = -extrinsics[:3, :3].T @ extrinsics[:3, 3]
+    starts = np.cumsum(
+        [0, len(geometry.vertices_m), *(len(o.vertices_m) for o in geometry.ornaments)]
+    )
+    surfaces: tuple[SceneGeometry | OrnamentMesh, ...] = (geometry, *geometry.ornaments)
+    quads = np.concatenate([s.quads + start for s, start in zip(surfaces, starts, strict=False)])
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    vertices_m = np.concatenate([surface.vertices_m for surface in surfaces])
+    hidden = 0
+    for point in label["keypoints"]:
+        way = np.array(point["world_m"]) - lens_m
+        hit = _first_hit(lens_m, way, vertices_m[triangles])
+        if point["visibility"] == KeypointVisibility.OUT_OF_FRAME:
+            continue
+        if hit is None or hit[1] >= 1.0:
+            assert point["visibility"] == KeypointVisibility.VISIBLE
+            assert point["depth_margin_mm"] is None
+            continue
+        margin_mm = (1.0 - hit[1]) * np.linalg.norm(way) * 1000.0
+        assert point["depth_margin_mm"] == pytest.approx(margin_mm, abs=1e-6)
+        if point["visibility"] == KeypointVisibility.SELF_OCCLUDED:
+            hidden += 1
+            near = vertices_m[triangles[hit[0]]]
+            at = lens_m + hit[1] * way
+            apart = np.linalg.norm(near - at, axis=1)
+            owners = [_owner(geometry, vertex, starts) for vertex in triangles[hit[0]]]
+            # The nearest corner's, or one as good as nearest.
+            assert point["occluder"] in {
+                owner
+                for owner, far in zip(owners, apart, strict=True)
+                if far <= apart.min() * 1.5 + 1e-4
+            }
+    assert hidden < len(label["keypoints"])
+
+
+def _owner(geometry: SceneGeometry, vertex: int, starts: npt.NDArray[np.int_]) -> str:
+    """Return the part of the hand or the ornament that a vertex belongs to."""
+    surface = int(np.searchsorted(starts, vertex, side="right")) - 1
+    if surface == 0:
+        return PARTS[int(geometry.part[vertex])].value
+    return geometry.ornaments[surface - 1].name.value
 
 
 @pytest.mark.parametrize("number", range(8))
