@@ -8,8 +8,8 @@ inside the hand, in display space, at 640 px and at the 256 px crop that a model
     high      16 samples, OIDN high        38.7 dB, 40.0 dB
     reference 512 samples, no denoiser     unbiased: what the others are compared with
 
-From three samples on albedo and normals are clean enough to guide the denoiser as they are; filtered
-first, as fast as it goes, they lose texture at 256 px.
+From three samples on albedo and normals are clean enough to guide the denoiser as they are;
+filtered first, as fast as it goes, they lose texture at 256 px.
 """
 
 from collections.abc import Mapping
