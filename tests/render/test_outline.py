@@ -15,7 +15,7 @@ pytestmark = pytest.mark.render
 MANY = RenderSettings(256, Denoise.NONE, Prefilter.NONE, max_bounces=0)
 
 
-@pytest.mark.parametrize("index", [3, 8])
+@pytest.mark.parametrize("index", [3, 8])  # a hand within the picture; an arm that leaves it
 def test_coverage_is_the_renderers(index: int, hands: HandLibrary, cycles: CyclesRenderer) -> None:
     shot = sampled(hands, index)
     share = coverage(rasterise(shot.mesh), shot.region)

@@ -72,7 +72,7 @@ def errors_of(picture: F4, halves: Halves) -> Errors:
     shown, first, second = (displayed(p) for p in (picture, halves.first, halves.second))
     box = crop_box(mask)
     small, small_first, small_second = (cropped_to(p, box) for p in (shown, first, second))
-    inner = cropped_to(mask.astype(np.float32), box) > WHOLE
+    inner = crop_mask(mask, box)
     return Errors(
         psnr_db=psnr_db(_mse(shown, first, second, mask)),
         crop_psnr_db=psnr_db(_mse(small, small_first, small_second, inner)),
@@ -113,6 +113,16 @@ def cropped_to(picture: F4, box: tuple[int, int, int]) -> F4:
     part = np.ascontiguousarray(picture[rows][:, columns])
     way = cv2.INTER_AREA if side >= CROP_PX else cv2.INTER_LINEAR
     return cv2.resize(part, (CROP_PX, CROP_PX), interpolation=way).astype(np.float32, copy=False)
+
+
+def crop_mask(mask: Mask, box: tuple[int, int, int]) -> Mask:
+    """Return which pixels of the crop are the hand's; what repeats an edge is not."""
+    left, top, side = box
+    around = np.pad(mask.astype(np.float32), side)
+    part = around[side + top : 2 * side + top, side + left : 2 * side + left]
+    way = cv2.INTER_AREA if side >= CROP_PX else cv2.INTER_LINEAR
+    inner: Mask = cv2.resize(part, (CROP_PX, CROP_PX), interpolation=way) > WHOLE
+    return inner
 
 
 def flip(shown: F4, reference: F4, mask: Mask) -> float:

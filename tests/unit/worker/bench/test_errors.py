@@ -73,6 +73,19 @@ def test_fine_noise_is_averaged_out_in_the_crop() -> None:
     assert errors.crop_psnr_db > errors.psnr_db + 2.0
 
 
+def test_an_edge_that_the_crop_repeats_is_counted_once() -> None:
+    true = np.zeros((400, 400, 4), np.float32)
+    true[:, :120] = (0.3, 0.3, 0.3, 1.0)  # an arm that leaves the picture on the left
+    other = true.copy()
+    other[:, 0, :3] = 0.4
+    errors = errors_of(other, Halves(true, true))
+    assert crop_box(true[..., 3] > 0.5)[0] < -50
+    share = 400 * 1 / (400 * 120)
+    apart = 1.055 * (0.4 ** (1 / 2.4) - 0.3 ** (1 / 2.4))
+    assert errors.psnr_db == pytest.approx(-10.0 * np.log10(apart**2 * share), abs=0.01)
+    assert errors.crop_psnr_db > errors.psnr_db - 1.0
+
+
 def test_the_crop_is_square_about_the_hand_and_may_leave_the_picture() -> None:
     mask = np.zeros((64, 64), np.bool_)
     mask[0:40, 50:64] = True

@@ -42,6 +42,14 @@ def test_a_region_is_a_part_of_the_picture() -> None:
     assert np.array_equal(cut, whole[part.slices])
 
 
+def test_a_hand_that_leaves_the_picture_is_whole_to_its_border() -> None:
+    geometry = scene_of([box((0.0, 0.0, 1.0), (2.0, 0.05, 0.2))], [0])
+    share = coverage(rasterise(project_mesh(CAMERA, geometry)), WHOLE)
+    assert share is not None
+    assert (share == share[:, 31:32]).all()
+    assert share[20, 0] == 1.0
+
+
 def test_a_mesh_that_reaches_behind_the_lens_is_not_measured() -> None:
     surface = rasterise(
         project_mesh(CAMERA, scene_of([box((0.0, 0.0, 0.0), (0.1, 0.1, 0.2))], [0]))
