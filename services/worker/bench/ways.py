@@ -112,7 +112,7 @@ def ablations() -> list[Way]:
         "denoiser fast": Way("", replace(STANDARD, denoise=Denoise.FAST)),
         "denoiser high": Way("", replace(STANDARD, denoise=Denoise.HIGH)),
         "prefilter accurate": Way("", replace(STANDARD, prefilter=Prefilter.ACCURATE)),
-        "prefilter fast": Way("", replace(STANDARD, prefilter=Prefilter.FAST)),
+        "no prefilter": Way("", replace(STANDARD, prefilter=Prefilter.NONE)),
         "no denoiser": Way("", replace(STANDARD, denoise=Denoise.NONE)),
         "importance map 1024": Way("", STANDARD, importance_map_px=1024),
         "importance map 256": Way("", STANDARD, importance_map_px=256),

@@ -35,7 +35,7 @@ from services.worker.scene.types import HandScene, SceneGeometry
 
 SAMPLES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
 """What an image may get: steps of about the root of two."""
-DENOISE, PREFILTER = Denoise.BALANCED, Prefilter.NONE
+DENOISE, PREFILTER = Denoise.BALANCED, Prefilter.FAST
 """The denoiser that the table is measured with."""
 
 
