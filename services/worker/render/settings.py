@@ -3,13 +3,13 @@
 Chosen from docs/speed/render.md, which `hi5 bench render` measured: medians of twelve scenes,
 inside the hand, in display space, at 640 px and at the 256 px crop that a model trains on.
 
-    draft      1 sample,  OIDN balanced    33.4 dB, 33.8 dB
-    standard   3 samples, OIDN balanced    35.4 dB, 36.1 dB
-    high      16 samples, OIDN high        38.7 dB, 40.0 dB
+    draft      1 sample,  OIDN balanced    33.4 dB, 35.1 dB
+    standard   2 samples, OIDN balanced    34.9 dB, 36.7 dB
+    high      16 samples, OIDN high        38.7 dB, 41.9 dB
     reference 512 samples, no denoiser     unbiased: what the others are compared with
 
-From three samples on albedo and normals are clean enough to guide the denoiser as they are;
-filtered first, as fast as it goes, they lose texture at 256 px.
+Albedo and normals of so few samples are filtered first, as fast as it goes, before they guide the
+denoiser.
 """
 
 from collections.abc import Mapping
