@@ -122,7 +122,10 @@ class Studio:
         return found[1] if found is not None and found[0] is spec else None
 
     def _stage_ahead(self, spec: DatasetSpec, plan: Plan, index: int, watch: Stopwatch) -> None:
-        """Stage an image before it is asked for. What fails here fails again when it is."""
+        """Stage an image before it is asked for.
+
+        Whatever fails here fails again when it is, and is told then: it is not this image's fault.
+        """
         with suppress(Exception), watch.phase("ahead"):
             staged = self._staged(spec, plan, index, Stopwatch())
             self.renderer.expect(staged.scene, staged.geometry)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from services.worker.label.projected import I8, ProjectedMesh
 from services.worker.label.projection import F8
-from services.worker.label.scan import scan, twice_area
+from services.worker.label.scan import cross, scan, twice_area
 
 NO_TRIANGLE = -1
 
@@ -89,12 +89,8 @@ def rasterise(mesh: ProjectedMesh) -> Surface:
 def barycentric(mesh: ProjectedMesh, rows: I8, x_px: F8, y_px: F8) -> F8:
     """Return (N, 3) screen-space barycentric weights of points in triangles `rows` (N,)."""
     a, b, c = np.moveaxis(mesh.corners_px[rows], 1, 0)
-    wa = _cross(b[:, 0] - x_px, b[:, 1] - y_px, c[:, 0] - x_px, c[:, 1] - y_px)
-    wb = _cross(c[:, 0] - x_px, c[:, 1] - y_px, a[:, 0] - x_px, a[:, 1] - y_px)
-    area = _cross(b[:, 0] - a[:, 0], b[:, 1] - a[:, 1], c[:, 0] - a[:, 0], c[:, 1] - a[:, 1])
+    wa = cross(b[:, 0] - x_px, b[:, 1] - y_px, c[:, 0] - x_px, c[:, 1] - y_px)
+    wb = cross(c[:, 0] - x_px, c[:, 1] - y_px, a[:, 0] - x_px, a[:, 1] - y_px)
+    area = twice_area(mesh.corners_px[rows])
     wa, wb = wa / area, wb / area
     return np.stack([wa, wb, 1.0 - wa - wb], axis=-1)
-
-
-def _cross(ax: F8, ay: F8, bx: F8, by: F8) -> F8:
-    return ax * by - ay * bx

@@ -39,7 +39,7 @@ def twice_area(corners_px: F8) -> F8:
     outside faces the camera.
     """
     a, b, c = np.moveaxis(corners_px, 1, 0)
-    area: F8 = _cross(b[:, 0] - a[:, 0], b[:, 1] - a[:, 1], c[:, 0] - a[:, 0], c[:, 1] - a[:, 1])
+    area: F8 = cross(b[:, 0] - a[:, 0], b[:, 1] - a[:, 1], c[:, 0] - a[:, 0], c[:, 1] - a[:, 1])
     return area
 
 
@@ -79,7 +79,7 @@ def _inside(
         (corner[:, 0, None] - x, corner[:, 1, None] - y)
         for corner in np.moveaxis(corners_px[rows], 1, 0)
     )
-    areas = (_cross(bx, by, cx, cy), _cross(cx, cy, ax, ay), _cross(ax, ay, bx, by))
+    areas = (cross(bx, by, cx, cy), cross(cx, cy, ax, ay), cross(ax, ay, bx, by))
     hit = (areas[0] <= 0) & (areas[1] <= 0) & (areas[2] <= 0)
     if x0.size and (x[:, -1].max() >= size[0] or y[:, -1].max() >= size[1]):
         hit &= (x < size[0]) & (y < size[1])
@@ -89,7 +89,8 @@ def _inside(
     return Hits(pixel, rows[which], np.stack([area.ravel()[flat] for area in areas]))
 
 
-def _cross(ax: F8, ay: F8, bx: F8, by: F8) -> F8:
+def cross(ax: F8, ay: F8, bx: F8, by: F8) -> F8:
+    """Return the third component of the cross product of plane vectors, element by element."""
     first = ax * by
     first -= ay * bx
     return first

@@ -25,8 +25,9 @@ AMBIENT = 0.3
 class FakeRenderer:
     """Shades the z-buffer: albedo × mean light × a headlight's cosine."""
 
-    def name_of(self, settings: RenderSettings) -> str:  # noqa: ARG002  it knows no engines
-        """Return its own name."""
+    def name_of(self, settings: RenderSettings) -> str:
+        """Return its own name: it knows no engines."""
+        del settings
         return "fake"
 
     @property

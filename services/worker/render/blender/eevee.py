@@ -6,7 +6,6 @@ bounces between fingers, nor reflections of what is beyond the picture's edge.
 """
 
 import ctypes
-from contextlib import suppress
 
 import bpy
 
@@ -36,18 +35,18 @@ def apply_settings(scene: bpy.types.Scene, settings: RenderSettings) -> None:
 
     Blender itself would end the process.
     """
-    with suppress(OSError):
+    try:
         ctypes.CDLL(LIBRARY)
-        scene.render.engine = "BLENDER_EEVEE"
-        for name, value in _VALUES.items():
-            setattr(scene.eevee, name, value)
-        scene.eevee.taa_render_samples = settings.samples
-        scene.render.filter_size = FILTER_PX
-        _world_casts_shadows(scene.world)
-        return
-    raise EngineMissing(
-        f"engine: eevee needs {LIBRARY}, which is not here: install libegl1, or use cycles."
-    )
+    except OSError as error:
+        raise EngineMissing(
+            f"engine: eevee needs {LIBRARY}, which is not here: install libegl1, or use cycles."
+        ) from error
+    scene.render.engine = "BLENDER_EEVEE"
+    for name, value in _VALUES.items():
+        setattr(scene.eevee, name, value)
+    scene.eevee.taa_render_samples = settings.samples
+    scene.render.filter_size = FILTER_PX
+    _world_casts_shadows(scene.world)
 
 
 def _world_casts_shadows(world: bpy.types.World) -> None:
