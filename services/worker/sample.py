@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 from hi5_common.domain.labels import ImageLabel
-from hi5_common.domain.plan import Plan
+from hi5_common.domain.plan import Cells
 from hi5_common.domain.spec import DatasetSpec
 from services.worker.compose.encode import EXTENSIONS, encode_picture
 from services.worker.compose.picture import F4, Outline, compose_picture, lay_backdrop
@@ -83,7 +83,7 @@ class Studio:
     """What was staged before it was asked for, by image: one image at most."""
 
     def make_sample(
-        self, spec: DatasetSpec, plan: Plan, index: int, *, then: int | None = None
+        self, spec: DatasetSpec, plan: Cells, index: int, *, then: int | None = None
     ) -> Sample:
         """Return image `index` of a spec: image and label are functions of (spec, index) alone.
 
@@ -104,7 +104,7 @@ class Studio:
         """Return the sample of a resolved scene; the clip's frames are made here too."""
         return self._developed(spec, self._posed(scene, watch), file_stem, watch, None)
 
-    def _staged(self, spec: DatasetSpec, plan: Plan, index: int, watch: Stopwatch) -> Staged:
+    def _staged(self, spec: DatasetSpec, plan: Cells, index: int, watch: Stopwatch) -> Staged:
         with watch.phase("scene"):
             bake_ahead(plan.cell(index).environment)  # meanwhile a new machine compiles hands
             scene = sample_scene(spec, plan, index, self.hands, self.renderer.prepare)
@@ -121,7 +121,7 @@ class Studio:
         self._ahead.clear()
         return found[1] if found is not None and found[0] is spec else None
 
-    def _stage_ahead(self, spec: DatasetSpec, plan: Plan, index: int, watch: Stopwatch) -> None:
+    def _stage_ahead(self, spec: DatasetSpec, plan: Cells, index: int, watch: Stopwatch) -> None:
         """Stage an image before it is asked for.
 
         Whatever fails here fails again when it is, and is told then: it is not this image's fault.

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from hi5_common.domain.errors import PermanentError
-from hi5_common.domain.plan import Cell, Plan
+from hi5_common.domain.plan import Cell, Cells
 from hi5_common.domain.seeding import factor_rng, render_seed
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.vocabulary import Gender, skin_tone_ita_deg
@@ -55,7 +55,7 @@ class Prepare(Protocol):
 
 
 def sample_scene(
-    spec: DatasetSpec, plan: Plan, index: int, hands: HandLibrary, prepare: Prepare | None = None
+    spec: DatasetSpec, plan: Cells, index: int, hands: HandLibrary, prepare: Prepare | None = None
 ) -> HandScene:
     """Resolve image `index` of a spec: a pure function of (spec, seed, index).
 
