@@ -1,13 +1,15 @@
 """How balanced a dataset is: what was requested, what the plan gives, what has been delivered.
 
 Requested shares may be fractions of an image (583,000 over 44 poses); the plan is whole numbers
-that add up; what is delivered grows towards the plan. Two deviations say how far apart they are,
-in images: planned from requested, and delivered from the plan's share of what is delivered so far.
+that add up; what is delivered grows towards the plan. Of attributes that a spec's combinations
+link, the plan's pairs are what is requested. Two deviations say how far apart they are, in images:
+planned from requested, and delivered from the plan's share of what is delivered so far.
 """
 
 from collections.abc import Mapping
 from itertools import combinations, product
 
+from hi5_common.domain.demands import are_tied
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.spec import DatasetSpec, StrictModel
@@ -46,9 +48,10 @@ class Balance(StrictModel):
 
 def requested_counts(spec: DatasetSpec, attribute: Attribute) -> dict[str, float]:
     """Return how many images of each value the spec asks for, in canonical order."""
-    request, asked = spec.attributes[attribute], spec.values_of(attribute)
-    if isinstance(request, dict):
-        return {value: float(request[value]) for value in asked}
+    counts = spec.counts_of(attribute)
+    if counts is not None:
+        return {value: float(count) for value, count in counts.items()}
+    asked = spec.values_of(attribute)
     return dict.fromkeys(asked, spec.count / len(asked))
 
 
@@ -93,10 +96,11 @@ def _pair_table(
 ) -> BalanceTable:
     planned: Mapping[tuple[str, str], int] = plan.pair_counts(a, b)
     asked_a, asked_b = requested_counts(plan.spec, a), requested_counts(plan.spec, b)
+    tied = are_tied(plan.spec, a, b)
     cells = [
         CellBalance(
             values=(x, y),
-            requested=asked_a[x] * asked_b[y] / plan.count,
+            requested=planned[x, y] if tied else asked_a[x] * asked_b[y] / plan.count,
             planned=planned.get((x, y), 0),
             delivered=tallies.pairs.get(pair_key((a, x), (b, y)), 0),
         )

@@ -1,27 +1,27 @@
 """The plan: which attribute values image i gets, computed from (spec, seed, i) and never stored.
 
-The joint cells and their sizes come from `apportion.py` and `evening.py`: at most one number per
-joint cell that the spec can make, however many images there are. Image indices visit the cells'
-positions in golden-ratio steps, so that any run of images is a fair sample of the whole.
+The order of images comes from `planning/`: any number of images from the first on holds every
+value's share within two images, all of them hold it exactly, and pairs come as evenly as was found.
 """
 
 import itertools
-import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property, lru_cache
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
-import numpy.typing as npt
 
-from hi5_common.domain.apportion import Ints, joint_cells
-from hi5_common.domain.evening import even_pairs
+from hi5_common.domain.demands import bundles, strand_of
+from hi5_common.domain.planning.order import Order, order_of
+from hi5_common.domain.planning.sizes import joint_extremes, pair_sizes, value_sizes
+from hi5_common.domain.planning.strand import Ints
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.sharding import ShardRange, images_per_shard, shard_ranges
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.vocabulary import (
+    DEFAULTS,
     Attribute,
     Gender,
     Handedness,
@@ -33,7 +33,9 @@ from hi5_common.domain.vocabulary import (
     WristWear,
 )
 
-ALGORITHM = "tree-2"
+ALGORITHM = "woven-1"
+PLANNED_BY = {"seed", "count", "attributes", "combinations"}
+"""The fields of a spec that an order depends on."""
 CHUNK = 1 << 14
 
 
@@ -67,6 +69,21 @@ class Cell:
         return {attribute: str(getattr(self, attribute.value)) for attribute in Attribute}
 
 
+class Cells(Protocol):
+    """What gives images their attribute values: a plan, or scenes that were chosen."""
+
+    def cell(self, index: int) -> Cell:
+        """Return the cell of image `index`."""
+        ...
+
+
+def cell_of(values: Mapping[Attribute, str]) -> Cell:
+    """Return the cell with these values; other attributes have the one that they have unasked."""
+    every = {attribute: values.get(attribute, DEFAULTS[attribute][0]) for attribute in Attribute}
+    fields: list[Any] = [_ENUMERATIONS.get(name, str)(value) for name, value in every.items()]
+    return Cell(*fields)
+
+
 @dataclass(frozen=True, eq=False)
 class Level:
     """One attribute: the values asked for and how many images (n,) each gets."""
@@ -75,30 +92,41 @@ class Level:
     counts: Ints
 
 
+@dataclass(frozen=True)
+class PairRange:
+    """How many images the pairs of two attributes have, and how far from independent they are.
+
+    furthest: images by which a pair is off the product of its values' shares.
+    """
+
+    attributes: tuple[Attribute, Attribute]
+    smallest: int
+    largest: int
+    furthest: float
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """Every image's cell, with exact counts. Memory does not grow with the number of images.
 
-    path (joint cells, attributes) holds value numbers of the attributes in `crossed`; the others
-    have one value. ends (joint cells,) are running sums of the joint cells' sizes.
+    order gives value numbers of the attributes in `crossed`; the others have one value.
     """
 
     spec: DatasetSpec
     levels: dict[Attribute, Level]
     crossed: tuple[Attribute, ...]
-    path: npt.NDArray[np.uint16]
-    ends: Ints
-    step: int
-    offset: int
+    order: Order
 
     @classmethod
     def of(cls, spec: DatasetSpec) -> Self:
         """Plan a spec. The same spec gives the same plan everywhere."""
-        levels = {attribute: _level(spec, attribute) for attribute in Attribute}
         crossed = spec.balanced()
-        path, size = _fair_cells(tuple(tuple(levels[a].counts.tolist()) for a in crossed))
-        offset = int(factor_rng(spec.seed, 0, "plan/offset").integers(spec.count))
-        return cls(spec, levels, crossed, path, np.cumsum(size), _golden_step(spec.count), offset)
+        values = {attribute: _values(spec, attribute) for attribute in Attribute}
+        order = _order(spec.model_dump_json(include=PLANNED_BY))
+        counts = {name: value_sizes(order, place) for place, name in enumerate(crossed)}
+        whole = np.array([spec.count], np.int64)
+        levels = {name: Level(values[name], counts.get(name, whole)) for name in Attribute}
+        return cls(spec, levels, crossed, order)
 
     @property
     def count(self) -> int:
@@ -126,9 +154,7 @@ class Plan:
         columns = [(order.index(name), self._words[name]) for name in self.crossed]
         for low in range(start, stop, CHUNK):
             indices = np.arange(low, min(low + CHUNK, stop), dtype=np.int64)
-            positions = (indices * self.step + self.offset) % self.count
-            rows = np.searchsorted(self.ends, positions, side="right")
-            for row in self.path[rows].tolist():
+            for row in self.order.rows(indices).tolist():
                 for (place, words), number in zip(columns, row, strict=True):
                     fields[place] = words[number]
                 yield Cell(*fields)
@@ -149,28 +175,33 @@ class Plan:
 
     def pair_counts(self, a: Attribute, b: Attribute) -> dict[tuple[str, str], int]:
         """Return the exact number of images of each pair of requested values."""
-        level_a, level_b = self.levels[a], self.levels[b]
-        shape = len(level_a.values), len(level_b.values)
-        cells = self._column(a) * shape[1] + self._column(b)
-        # Sums of whole numbers below 2**53 are exact in floats.
-        sums = np.bincount(cells, weights=self._sizes, minlength=shape[0] * shape[1])
-        table = sums.reshape(shape)
-        rows = {value: number for number, value in enumerate(level_a.values)}
-        columns = {value: number for number, value in enumerate(level_b.values)}
+        values_a, values_b = self.levels[a].values, self.levels[b].values
+        sizes = self._pairs(a, b)
+        rows = {value: number for number, value in enumerate(values_a)}
+        columns = {value: number for number, value in enumerate(values_b)}
         pairs = itertools.product(self.spec.values_of(a), self.spec.values_of(b))
-        return {(x, y): int(table[rows[x], columns[y]]) for x, y in pairs}
+        return {(x, y): int(sizes[rows[x], columns[y]]) for x, y in pairs}
 
     def joint_extremes(self) -> tuple[int, int]:
         """Return the smallest and the largest count of a joint cell that the spec asks for."""
-        asked = math.prod(np.count_nonzero(level.counts) for level in self.levels.values())
-        sizes = self._sizes
-        return (0 if sizes.size < asked else int(sizes.min())), int(sizes.max())
+        return joint_extremes(self.order)
 
-    def _column(self, attribute: Attribute) -> Ints:
-        """Return the value number of every joint cell (joint cells,)."""
-        if attribute not in self.crossed:
-            return np.zeros(len(self.path), np.int64)
-        return self.path[:, self.crossed.index(attribute)].astype(np.int64)
+    def pair_ranges(self) -> tuple[PairRange, ...]:
+        """Return what every two attributes with a choice come to; values of no images left out."""
+        ranges = []
+        for a, b in itertools.combinations(self.crossed, 2):
+            of_a, of_b = self.levels[a].counts, self.levels[b].counts
+            sizes = self._pairs(a, b)
+            off = float(np.abs(sizes - np.outer(of_a, of_b) / self.count).max())
+            asked = sizes[np.ix_(of_a > 0, of_b > 0)]
+            ranges.append(PairRange((a, b), int(asked.min()), int(asked.max()), off))
+        return tuple(ranges)
+
+    def _pairs(self, a: Attribute, b: Attribute) -> Ints:
+        """Return how many images each pair of value numbers has."""
+        if a in self.crossed and b in self.crossed:
+            return pair_sizes(self.order, self.crossed.index(a), self.crossed.index(b))
+        return np.outer(self.levels[a].counts, self.levels[b].counts) // self.count
 
     @cached_property
     def _words(self) -> dict[Attribute, tuple[str, ...]]:
@@ -179,10 +210,6 @@ class Plan:
             attribute: tuple(map(_ENUMERATIONS.get(attribute, str), level.values))
             for attribute, level in self.levels.items()
         }
-
-    @cached_property
-    def _sizes(self) -> Ints:
-        return np.diff(self.ends, prepend=0)
 
 
 _ENUMERATIONS: dict[Attribute, type[StrEnum]] = {
@@ -198,28 +225,18 @@ _ENUMERATIONS: dict[Attribute, type[StrEnum]] = {
 
 
 @lru_cache(maxsize=16)
-def _fair_cells(counts: tuple[tuple[int, ...], ...]) -> tuple[npt.NDArray[np.uint16], Ints]:
-    shares = [np.array(of_attribute, np.int64) for of_attribute in counts]
-    cells, size = even_pairs(*joint_cells(shares), shares)
-    path = cells.astype(np.uint16)  # no attribute has 65,536 values
-    path.flags.writeable = size.flags.writeable = False
-    return path, size
+def _order(planned_by: str) -> Order:
+    spec = DatasetSpec.model_validate_json(planned_by)
+    values = {attribute: _values(spec, attribute) for attribute in Attribute}
+    strands = [strand_of(spec, name, values[name]) for name in spec.balanced()]
+    tied = bundles(spec, values, factor_rng(spec.seed, 0, "plan/combinations"))
+    return order_of(strands, spec.count, factor_rng(spec.seed, 0, "plan/order"), tied)
 
 
-def _level(spec: DatasetSpec, attribute: Attribute) -> Level:
-    """Resolve a request into counts; the seed decides who is first where equal shares tie."""
-    request, asked = spec.attributes[attribute], spec.values_of(attribute)
-    if isinstance(request, dict):
-        return Level(asked, np.array([request[value] for value in asked], np.int64))
+def _values(spec: DatasetSpec, attribute: Attribute) -> tuple[str, ...]:
+    """Return the values asked for; where shares are equal the seed decides who is first."""
+    asked = spec.values_of(attribute)
+    if spec.counts_of(attribute) is not None:
+        return asked
     rng = factor_rng(spec.seed, 0, f"plan/{attribute.value}")
-    shuffled = tuple(asked[i] for i in rng.permutation(len(asked)))
-    share, extra = divmod(spec.count, len(shuffled))
-    return Level(shuffled, share + (np.arange(len(shuffled)) < extra).astype(np.int64))
-
-
-def _golden_step(count: int) -> int:
-    """Return the step nearest count / golden ratio that visits every position."""
-    step = max(1, round(count * (math.sqrt(5) - 1) / 2))
-    while math.gcd(step, count) != 1:
-        step += 1
-    return step
+    return tuple(asked[i] for i in rng.permutation(len(asked)))

@@ -10,27 +10,36 @@ import pydantic
 import yaml
 from pydantic import BaseModel, ConfigDict, Field
 
-from hi5_common.domain import spec_errors
+from hi5_common.domain import demands, spec_errors
 from hi5_common.domain.errors import InvalidInput, Problem
+from hi5_common.domain.shares import whole_shares
 from hi5_common.domain.spec_errors import ProblemsFound
-from hi5_common.domain.values import in_order, spelled
+from hi5_common.domain.values import in_order, may_be, spelled
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, DEFAULTS, Attribute
 
 MAX_COUNT = 1_000_000_000
 MAX_SIDE_PX = 8192
 MAX_ASKED_SHARDS = 100_000
+MAX_COMBINATIONS = 100
 
 QUALITY_WAYS = ("quality", "max_error", "seconds_per_image")
 """The fields of `render` that say how many samples an image gets."""
-
-Request = list[str] | dict[str, int] | None
-"""Nothing: every value in equal shares. A list: equal shares. A map: exact counts."""
 
 
 class StrictModel(BaseModel):
     """A frozen model that refuses fields it does not know."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Weights(StrictModel):
+    """Shares of the images in any unit: counts are the whole numbers nearest to them."""
+
+    weights: dict[str, float]
+
+
+Request = list[str] | dict[str, int] | Weights | None
+"""Nothing: every value in equal shares. A list: equal shares. A map: exact counts, or weights."""
 
 
 class ImageFormat(StrEnum):
@@ -111,7 +120,9 @@ class RenderRequest(StrictModel):
 
 
 class AttributeRequests(StrictModel):
-    """For each attribute: nothing (all values), a list (equal shares) or a map of exact counts."""
+    """For each attribute: nothing (all values), a list (equal shares), a map of exact counts, or
+    {weights: map} for shares in any unit.
+    """
 
     gender: Request = None
     skin_tone: Request = None
@@ -139,6 +150,9 @@ class AttributeRequests(StrictModel):
         if problems:
             raise ProblemsFound(problems)
         if isinstance(request, dict):
+            weights = request.get("weights")
+            if isinstance(weights, dict):
+                return {"weights": {spelled(attribute, v): n for v, n in weights.items()}}
             return {spelled(attribute, value): count for value, count in request.items()}
         if isinstance(request, list):
             return [spelled(attribute, value) for value in request]
@@ -147,6 +161,28 @@ class AttributeRequests(StrictModel):
     def __getitem__(self, attribute: Attribute) -> Request:
         request: Request = getattr(self, attribute.value)
         return request
+
+
+class Combination(StrictModel):
+    """So many images shall have, of each attribute named, one of the values listed.
+
+    Two attributes or more; a count of 0 forbids the combination.
+    """
+
+    of: dict[Attribute, list[str]]
+    count: int = Field(ge=0, le=MAX_COUNT, strict=True)
+
+    @pydantic.field_validator("of", mode="before")
+    @classmethod
+    def _spell(cls, asked: object) -> object:
+        if not isinstance(asked, dict):
+            return asked
+        return {
+            name: [spelled(Attribute(name), v) for v in values if may_be(Attribute(name), v)]
+            if name in set(Attribute) and isinstance(values, list)
+            else values
+            for name, values in asked.items()
+        }
 
 
 class DatasetSpec(StrictModel):
@@ -158,6 +194,7 @@ class DatasetSpec(StrictModel):
     seed: int = Field(0, ge=0, lt=2**63, strict=True)
     count: int = Field(ge=1, le=MAX_COUNT, strict=True)
     attributes: AttributeRequests = AttributeRequests()
+    combinations: list[Combination] = Field(default=[], max_length=MAX_COMBINATIONS)
     image: ImageRequest = ImageRequest()
     render: RenderRequest = RenderRequest()
     labels: list[LabelKind] = Field(default=list(LabelKind), min_length=1)
@@ -169,9 +206,11 @@ class DatasetSpec(StrictModel):
             problem
             for attribute in Attribute
             for problem in spec_errors.request_problems(
-                attribute, self.attributes[attribute], self.count
+                attribute, _named(self.attributes[attribute]), self.count
             )
         ]
+        if not problems and self.combinations:
+            problems += demands.problems(self)
         problems += spec_errors.repeated("labels", [kind.value for kind in self.labels])
         if self.images_per_shard and self.count > self.images_per_shard * MAX_ASKED_SHARDS:
             least = -(-self.count // MAX_ASKED_SHARDS)
@@ -183,8 +222,19 @@ class DatasetSpec(StrictModel):
 
     def values_of(self, attribute: Attribute) -> tuple[str, ...]:
         """Return the values asked for, in canonical order, those of no images included."""
+        named = _named(self.attributes[attribute])
+        return DEFAULTS[attribute] if named is None else tuple(in_order(attribute, named))
+
+    def counts_of(self, attribute: Attribute) -> dict[str, int] | None:
+        """Return the images of each value, in canonical order; None where shares are equal."""
         request = self.attributes[attribute]
-        return DEFAULTS[attribute] if request is None else tuple(in_order(attribute, request))
+        if isinstance(request, Weights):
+            return whole_shares(
+                {v: request.weights[v] for v in self.values_of(attribute)}, self.count
+            )
+        if isinstance(request, dict):
+            return {value: request[value] for value in self.values_of(attribute)}
+        return None
 
     def balanced(self) -> tuple[Attribute, ...]:
         """Return the attributes that tables cross: the first six, and others with a choice."""
@@ -197,6 +247,11 @@ class DatasetSpec(StrictModel):
     def canonical_json(self) -> str:
         """Return the spec as JSON with sorted keys: the same spec always gives the same text."""
         return json.dumps(self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+
+
+def _named(request: Request) -> list[str] | dict[str, int] | None:
+    """Return a request without its weights: what values it names."""
+    return list(request.weights) if isinstance(request, Weights) else request
 
 
 def parse_spec(document: object) -> DatasetSpec:

@@ -3,6 +3,7 @@
 import difflib
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import pydantic
 from pydantic import BaseModel
@@ -13,6 +14,7 @@ from hi5_common.domain.errors import Problem, shown
 from hi5_common.domain.vocabulary import Attribute
 
 MAX_VALUES = 1000
+MAX_WEIGHT = 1e9
 MAX_PROBLEMS = 100
 """Nobody reads more, and each costs time to word."""
 
@@ -36,6 +38,8 @@ def shape_problems(attribute: Attribute, request: object) -> list[Problem]:
             return [Problem(field, f"{len(request)} values", remedy)]
         case list():
             return _form_problems(attribute, request)
+        case {"weights": dict() as weights, **others} if not others:
+            return _weight_problems(attribute, weights)
         case dict():
             spelled = [values.spelled(attribute, v) for v in request if values.may_be(attribute, v)]
             return (
@@ -46,6 +50,20 @@ def shape_problems(attribute: Attribute, request: object) -> list[Problem]:
         case _:
             remedy = "Leave it out for its default, or give a list of values or a map of counts."
             return [Problem(field, request, remedy)]
+
+
+def _weight_problems(attribute: Attribute, weights: dict[Any, object]) -> list[Problem]:
+    field = f"attributes.{attribute.value}.weights"
+    spelled = [values.spelled(attribute, v) for v in weights if values.may_be(attribute, v)]
+    problems = _form_problems(attribute, list(weights)) + repeated(field, spelled)
+    numbers = [n for n in weights.values() if isinstance(n, int | float)]
+    for value, n in weights.items():
+        if isinstance(n, bool) or not isinstance(n, int | float) or not 0 <= n <= MAX_WEIGHT:
+            remedy = f"A weight is a number from 0 to {MAX_WEIGHT:.0e}."
+            problems.append(Problem(f"{field}.{shown(value).strip("'")}", n, remedy))
+    if not problems and not any(numbers):
+        problems.append(Problem(field, weights, "Give at least one value a weight above 0."))
+    return problems
 
 
 def _form_problems(attribute: Attribute, found: Sequence[object]) -> list[Problem]:

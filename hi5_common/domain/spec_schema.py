@@ -1,7 +1,10 @@
 """The JSON Schema of a spec, with every attribute's vocabulary spelled out."""
 
+from collections.abc import Mapping
+
 from hi5_common.domain.bands import NUMBER
 from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.spec_errors import MAX_WEIGHT
 from hi5_common.domain.values import OWN_ENVIRONMENT
 from hi5_common.domain.vocabulary import (
     DEFAULTS,
@@ -40,7 +43,19 @@ def _request(attribute: Attribute) -> dict[str, object]:
             {"type": "null"},
             {"type": "array", "items": value, "minItems": 1, "uniqueItems": True},
             {"type": "object", "propertyNames": name, "additionalProperties": count},
+            _weights(name),
         ],
+    }
+
+
+def _weights(name: Mapping[str, object]) -> dict[str, object]:
+    weight = {"type": "number", "minimum": 0, "maximum": MAX_WEIGHT}
+    weights = {"type": "object", "propertyNames": name, "additionalProperties": weight}
+    return {
+        "type": "object",
+        "properties": {"weights": weights},
+        "required": ["weights"],
+        "additionalProperties": False,
     }
 
 

@@ -10,6 +10,7 @@ from rich.table import Table
 from hi5_common.cli import console
 from hi5_common.cli.console import Json
 from hi5_common.cli.options import JsonOption, SpecArgument, read_spec
+from hi5_common.domain.demands import are_tied
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.vocabulary import Attribute
@@ -43,6 +44,15 @@ def summary(planned: Plan) -> dict[str, Json]:
         "images_per_shard": planned.images_per_shard,
         "shards": -(-planned.count // planned.images_per_shard),
         "attributes": {name.value: planned.value_counts(name) for name in Attribute},
+        "pairs": [
+            {
+                "attributes": [attribute.value for attribute in pair.attributes],
+                "smallest": pair.smallest,
+                "largest": pair.largest,
+                "furthest": round(pair.furthest, 3),
+            }
+            for pair in planned.pair_ranges()
+        ],
         "images_per_joint_cell": {"smallest": smallest, "largest": largest},
     }
 
@@ -67,6 +77,17 @@ def _print_summary(planned: Plan) -> None:
     )
     console.out.print(table)
     console.out.print(f"Each joint cell gets {_span(smallest, largest)} images.")
+    pairs = [pair for pair in planned.pair_ranges() if not are_tied(planned.spec, *pair.attributes)]
+    if pairs:
+        furthest = max(pair.furthest for pair in pairs)
+        console.out.print(
+            f"Pairs of values are within {furthest:.2f} images of independence, "
+            "values of any number of first images within 2 of their shares."
+        )
+    for pair in planned.pair_ranges():
+        if pair.smallest > 0:
+            a, b = (attribute.value for attribute in pair.attributes)
+            console.out.print(f"  every {a} x {b}: {_span(pair.smallest, pair.largest)}")
     fixed = [
         f"{attribute.value} {level.values[0]}"
         for attribute, level in planned.levels.items()

@@ -1,5 +1,6 @@
 """A plan as the API shows it."""
 
+from dataclasses import asdict
 from typing import Self
 
 from pydantic import BaseModel
@@ -18,14 +19,24 @@ class JointView(BaseModel):
     largest: int
 
 
+class PairView(BaseModel):
+    """The images of two attributes' pairs; furthest: how far one is off its expectation."""
+
+    attributes: tuple[Attribute, Attribute]
+    smallest: int
+    largest: int
+    furthest: float
+
+
 class PlanView(BaseModel):
-    """What a spec would give: counts are exact."""
+    """What a spec would give: counts are exact, of any number of first images within two."""
 
     spec: DatasetSpec
     count: int
     shards: int
     images_per_shard: int
     values: dict[Attribute, dict[str, int]]
+    pairs: list[PairView]
     joint: JointView
     first_cells: list[dict[Attribute, str]]
 
@@ -39,6 +50,7 @@ class PlanView(BaseModel):
             shards=-(-plan.count // plan.images_per_shard),
             images_per_shard=plan.images_per_shard,
             values={attribute: plan.value_counts(attribute) for attribute in Attribute},
+            pairs=[PairView(**asdict(pair)) for pair in plan.pair_ranges()],
             joint=JointView(smallest=smallest, largest=largest),
             first_cells=[cell.as_dict() for cell in plan.cells(0, min(FIRST_CELLS, plan.count))],
         )

@@ -1,0 +1,193 @@
+"""How many images each combination of some attributes gets, when a spec demands some of them.
+
+Whole numbers for every combination, so that each attribute's counts and every demand are met, and
+the rest is as near to independent as that allows: a small mixed-integer program, solved by HiGHS.
+"""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hi5_common.domain.planning.strand import Floats, Ints, Strand
+
+Mask = npt.NDArray[np.bool_]
+
+SMALLEST = 3
+"""Demands that clash are looked for among so many at a time; else they are left out one by one."""
+_FITTINGS = 200
+_NOISE = 1e-3
+"""Of a weight: it makes one of several equally good answers the best."""
+
+
+@dataclass(frozen=True)
+class Demand:
+    """So many images shall have values that are all among those listed, by number of a strand."""
+
+    values: Mapping[int, frozenset[int]]
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Linked:
+    """Strands that demands link, and the number of images. Places of demands are in `strands`."""
+
+    strands: tuple[Strand, ...]
+    demands: tuple[Demand, ...]
+    count: int
+
+    @cached_property
+    def combinations(self) -> Ints:
+        """Return every combination (cells, strands) of value numbers."""
+        ranges = [range(strand.size) for strand in self.strands]
+        return np.array(list(itertools.product(*ranges)), dtype=np.int64)
+
+    def solved(self, rng: np.random.Generator) -> Ints | None:
+        """Return the images (cells,) of every combination; None if the demands clash."""
+        weights = 1.0 + _NOISE * rng.random(len(self.combinations))
+        return self._program(range(len(self.demands)), self._independent(), weights)
+
+    def clash(self) -> tuple[int, ...]:
+        """Return the numbers of demands that cannot be met together; empty if all can.
+
+        Without any one of them the others could be met.
+        """
+        every = range(len(self.demands))
+        if self._possible(every):
+            return ()
+        for size in range(1, min(SMALLEST, len(self.demands)) + 1):
+            for few in itertools.combinations(every, size):
+                if not self._possible(few):
+                    return few
+        left = list(every)
+        for number in every:
+            without = [other for other in left if other != number]
+            if not self._possible(without):
+                left = without
+        return tuple(left)
+
+    def nearest(self) -> tuple[int, ...] | None:
+        """Return counts of the demands that can be met, changed by as few images as possible.
+
+        None if the attributes' own counts do not go together, whatever is demanded.
+        """
+        import scipy.sparse as sp
+
+        cells, demands = len(self.combinations), len(self.demands)
+        rows, low, high = self._margins
+        marks = sp.csr_matrix(np.array([self._marked(demand) for demand in self.demands], float))
+        slack = sp.csr_matrix((rows.shape[0], 2 * demands))
+        own = sp.hstack([marks, sp.eye(demands), -sp.eye(demands)])
+        counts = np.array([demand.count for demand in self.demands], dtype=np.float64)
+        costs = np.concatenate([np.zeros(cells), np.ones(2 * demands)])
+        limits = [(sp.hstack([rows, slack]), low, high), (own, counts, counts)]
+        found = _solved(costs, cells + 2 * demands, limits)
+        return None if found is None else tuple(np.rint(marks @ found[:cells]).astype(int).tolist())
+
+    def _possible(self, numbers: Sequence[int]) -> bool:
+        nothing = np.zeros(len(self.combinations))
+        return self._program(numbers, nothing, nothing) is not None
+
+    def _program(self, numbers: Sequence[int], wanted: Floats, weights: Floats) -> Ints | None:
+        """Return whole numbers (cells,) near `wanted`: the weighted sum of distances is least."""
+        import scipy.sparse as sp
+
+        cells = len(wanted)
+        rows, low, high = self._margins
+        limits: list[tuple[Any, Any, Any]] = []
+        limits.append((sp.hstack([rows, sp.csr_matrix(rows.shape)]), low, high))
+        for number in numbers:
+            demand = self.demands[number]
+            row = sp.csr_matrix(np.append(self._marked(demand), np.zeros(cells)))
+            limits.append((row, demand.count, demand.count))
+        one = sp.eye(cells)
+        limits.append((sp.hstack([one, -one]), -np.inf, wanted))
+        limits.append((sp.hstack([-one, -one]), -np.inf, -wanted))
+        found = _solved(np.concatenate([np.zeros(cells), weights]), cells, limits)
+        return None if found is None else np.rint(found[:cells]).astype(np.int64)
+
+    @cached_property
+    def _margins(self) -> tuple[Any, Floats, Floats]:
+        """Return rows (values, cells), and the fewest and the most images of each value."""
+        import scipy.sparse as sp
+
+        rows, low, high = [np.ones(len(self.combinations))], [self.count], [self.count]
+        for place, strand in enumerate(self.strands):
+            share, extra = divmod(self.count, strand.size)
+            for value in range(strand.size):
+                rows.append((self.combinations[:, place] == value).astype(np.float64))
+                given = None if strand.counts is None else int(strand.counts[value])
+                low.append(share if given is None else given)
+                high.append(share + bool(extra) if given is None else given)
+        return sp.csr_matrix(np.array(rows)), np.array(low, float), np.array(high, float)
+
+    def _marked(self, demand: Demand) -> Floats:
+        """Return 1 for the combinations (cells,) that a demand is about, 0 for others."""
+        marked = np.ones(len(self.combinations))
+        for place, values in demand.values.items():
+            marked *= np.isin(self.combinations[:, place], sorted(values))
+        return marked
+
+    def _independent(self) -> Floats:
+        """Return shares of the images (cells,): independent, then fitted to demands and counts."""
+        shares = [strand.shares for strand in self.strands]
+        cells = np.full(len(self.combinations), float(self.count))
+        for place, share in enumerate(shares):
+            cells *= share[self.combinations[:, place]]
+        marks = [(self._marked(demand) > 0, demand.count) for demand in self.demands]
+        for _ in range(_FITTINGS):
+            before = cells.copy()
+            for marked, count in marks:
+                cells[marked] *= _ratio(count, cells[marked].sum())
+                cells[~marked] *= _ratio(self.count - count, cells[~marked].sum())
+            for place, share in enumerate(shares):
+                column = self.combinations[:, place]
+                sums = np.bincount(column, weights=cells, minlength=len(share))
+                ratios = np.divide(
+                    self.count * share, sums, out=np.zeros_like(sums), where=sums > 0
+                )
+                cells *= ratios[column]
+            if np.abs(cells - before).max() < 1e-6:
+                break
+        return cells
+
+
+def _ratio(wanted: float, found: float) -> float:
+    return wanted / found if found > 0 else 0.0
+
+
+def _solved(costs: Floats, whole: int, limits: Sequence[tuple[Any, Any, Any]]) -> Floats | None:
+    """Solve for the least cost; the first `whole` numbers are whole. None if there is no answer."""
+    from scipy.optimize import Bounds, LinearConstraint, milp
+
+    integrality = (np.arange(len(costs)) < whole).astype(np.int64)
+    found = milp(
+        costs,
+        integrality=integrality,
+        bounds=Bounds(0, np.inf),
+        constraints=[LinearConstraint(*limit) for limit in limits],
+        options={"mip_rel_gap": 0.0},
+    )
+    return None if found.x is None else np.asarray(found.x, dtype=np.float64)
+
+
+def links(demands: Sequence[Demand]) -> list[tuple[tuple[int, ...], list[int]]]:
+    """Return groups of places that demands link, in order, with the demands' numbers."""
+    groups: list[tuple[set[int], list[int]]] = []
+    for number, demand in enumerate(demands):
+        places, numbers = set(demand.values), [number]
+        for group in [group for group in groups if group[0] & places]:
+            places |= group[0]
+            numbers = group[1] + numbers
+            groups.remove(group)
+        groups.append((places, sorted(numbers)))
+    return [(tuple(sorted(places)), numbers) for places, numbers in groups]
+
+
+def relative(demand: Demand, places: Sequence[int]) -> Demand:
+    """Return a demand with places counted among those of its group."""
+    return Demand({places.index(k): values for k, values in demand.values.items()}, demand.count)
