@@ -80,9 +80,10 @@ def _print_summary(planned: Plan) -> None:
     pairs = [pair for pair in planned.pair_ranges() if not are_tied(planned.spec, *pair.attributes)]
     if pairs:
         furthest = max(pair.furthest for pair in pairs)
+        beginnings = 2 * len(planned.order.tables)
         console.out.print(
             f"Pairs of values are within {furthest:.2f} images of independence, "
-            "values of any number of first images within 2 of their shares."
+            f"values of any number of first images within {beginnings} of their shares."
         )
     for pair in planned.pair_ranges():
         if pair.smallest > 0:
