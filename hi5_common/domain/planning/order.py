@@ -162,7 +162,7 @@ def _shorten(counts: Ints, images: int) -> None:
     """Take images from the largest counts until they add up."""
     while (over := int(counts.sum()) - images) > 0:
         most = np.argsort(-counts, kind="stable")[:over]
-        counts[most] -= 1
+        counts[most[counts[most] > 0]] -= 1
 
 
 def _counts(strand: Strand, count: int) -> Ints:

@@ -10,6 +10,7 @@ import pytest
 from hi5_common.domain.balance import balance_of
 from hi5_common.domain.errors import InvalidInput
 from hi5_common.domain.plan import Cell, Plan
+from hi5_common.domain.planning import order
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.domain.vocabulary import Attribute
@@ -60,6 +61,22 @@ def test_a_demanded_combination_gets_its_images_and_the_rest_stays_even() -> Non
             assert np.abs(off).max() <= 2.0 + 1e-9
     free = [pair for pair in plan.pair_ranges() if set(pair.attributes) == {"gender", "skin_tone"}]
     assert free[0].furthest <= 1.5
+
+
+def test_demands_hold_where_a_woven_table_is_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(order, "WOVEN", 2000)
+    spec = spec_of(
+        9001,
+        of(777, skin_tone=["dark"], environment=["night"]),
+        of(0, gender=["male"], viewpoint=["first_person"]),
+        viewpoint=["first_person", "second_person", "third_person"],
+    )
+    plan = Plan.of(spec)
+    assert len(plan.order.tables) == 2
+    assert met(spec, list(plan.cells())) == [777, 0]
+    for attribute in (Attribute.SKIN_TONE, Attribute.GENDER, Attribute.VIEWPOINT):
+        images = plan.value_counts(attribute).values()
+        assert max(images) - min(images) <= 1
 
 
 def test_the_balance_takes_what_combinations_make_of_pairs_as_requested() -> None:
