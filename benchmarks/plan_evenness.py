@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hi5_common.domain.plan import ALGORITHM, Plan
+from hi5_common.domain.planning.order import Order
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, VALUES, Attribute
@@ -54,8 +55,9 @@ def main() -> None:
         report_plan({"count": count, "seed": 1, "attributes": EVERYTHING})
     report_sizes(asked.sizes)
     plans = [Plan.of(random_spec(seed)) for seed in range(specs)]
-    for words, measure in (("pair", furthest_pair), ("beginning", furthest_beginning)):
-        found = sorted(measure(plan) for plan in plans)
+    pairs = sorted(map(furthest_pair, plans))
+    beginnings = sorted(furthest_beginning(plan.order, plan.count) for plan in plans)
+    for words, found in (("pair", pairs), ("beginning", beginnings)):
         middle, ninth, worst = found[len(found) // 2], found[len(found) * 9 // 10], found[-1]
         print(f"{specs} random specs (seeds 0..{specs - 1}), furthest {words}: ", end="")
         print(f"median {middle:.2f}, nine in ten below {ninth:.2f}, worst {worst:.2f}")
@@ -65,7 +67,11 @@ def report_plan(document: dict[str, object]) -> None:
     """Print one line about the plan of a spec."""
     plan = Plan.of(parse_spec(document))
     low, high = plan.joint_extremes()
-    beginning = f"{furthest_beginning(plan):18.2f}" if plan.count <= FOLLOWED else f"{'':18}"
+    beginning = (
+        f"{furthest_beginning(plan.order, plan.count):18.2f}"
+        if plan.count <= FOLLOWED
+        else f"{'':18}"
+    )
     print(
         f"{plan.count:12,}  {len(plan.crossed):10}  {low:5,}-{high:<5,}  "
         f"{furthest_pair(plan):13.2f}  {beginning}",
@@ -89,10 +95,10 @@ def report_sizes(sizes: int) -> None:
     print(f"worst {max(pairs):.2f}; {uneven} with joint cells over one image apart")
 
 
-def furthest_beginning(plan: Plan) -> float:
+def furthest_beginning(order: Order, count: int) -> float:
     """Return how far any value of any number of first images is from its share, in images."""
-    rows, worst = plan.order.rows(np.arange(plan.count, dtype=np.int64)), 0.0
-    places = np.arange(1, plan.count + 1)
+    rows, worst = order.rows(np.arange(count, dtype=np.int64)), 0.0
+    places = np.arange(1, count + 1)
     for column in rows.T:
         for value in range(int(column.max()) + 1):
             is_value = column == value

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,7 @@ from hi5_common.domain.vocabulary import Attribute
 if TYPE_CHECKING:
     from hi5_common.domain.spec import DatasetSpec
 
-MOST_CELLS = 20_000
+MOST_CELLS = 5_000
 """Combinations of the attributes that a spec's demands link, at most."""
 
 
@@ -131,14 +132,23 @@ def _misnamed(
     return found
 
 
+@lru_cache(maxsize=64)
+def _clash(linked: Linked) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the demands that clash, and the nearest counts: kept, for specs are read often."""
+    clash = linked.clash()
+    if not clash:
+        return (), ()
+    nearest = linked.nearest()
+    if nearest is None:
+        raise ValueError("counts of attributes always go together")
+    return clash, nearest
+
+
 def _clashes(spec: "DatasetSpec", group: Group) -> list[Problem]:
-    clash = group.linked.clash()
+    clash, nearest = _clash(group.linked)
     if not clash:
         return []
     numbers = [group.numbers[k] for k in clash]
-    nearest = group.linked.nearest()
-    if nearest is None:
-        raise ValueError("counts of attributes always go together")
     changes = [
         f"combinations.{number}.count: {wanted} instead of {spec.combinations[number].count}"
         for number, wanted in zip(group.numbers, nearest, strict=True)

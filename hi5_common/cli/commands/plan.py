@@ -77,15 +77,15 @@ def _print_summary(planned: Plan) -> None:
     )
     console.out.print(table)
     console.out.print(f"Each joint cell gets {_span(smallest, largest)} images.")
-    pairs = [pair for pair in planned.pair_ranges() if not are_tied(planned.spec, *pair.attributes)]
-    if pairs:
-        furthest = max(pair.furthest for pair in pairs)
+    pairs = planned.pair_ranges()
+    free = [pair.furthest for pair in pairs if not are_tied(planned.spec, *pair.attributes)]
+    if free:
         beginnings = 2 * len(planned.order.tables)
         console.out.print(
-            f"Pairs of values are within {furthest:.2f} images of independence, "
+            f"Pairs of values are within {max(free):.2f} images of independence, "
             f"values of any number of first images within {beginnings} of their shares."
         )
-    for pair in planned.pair_ranges():
+    for pair in pairs:
         if pair.smallest > 0:
             a, b = (attribute.value for attribute in pair.attributes)
             console.out.print(f"  every {a} x {b}: {_span(pair.smallest, pair.largest)}")

@@ -5,20 +5,19 @@ the rest is as near to independent as that allows: a small mixed-integer program
 """
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from hi5_common.domain.planning.strand import Floats, Ints, Strand
 
-Mask = npt.NDArray[np.bool_]
-
-SMALLEST = 3
-"""Demands that clash are looked for among so many at a time; else they are left out one by one."""
+SMALLEST, LOOKED_AT = 3, 100
+"""All sets of so many demands or fewer are looked through for the smallest that clash, if there are
+so many sets or fewer; else demands are left out one by one."""
 _FITTINGS = 200
 _NOISE = 1e-3
 """Of a weight: it makes one of several equally good answers the best."""
@@ -41,6 +40,21 @@ class Linked:
     count: int
 
     @cached_property
+    def _key(self) -> tuple[object, ...]:
+        strands = tuple(
+            (strand.size, None if strand.counts is None else tuple(strand.counts.tolist()))
+            for strand in self.strands
+        )
+        demands = tuple((tuple(sorted(d.values.items())), d.count) for d in self.demands)
+        return strands, demands, self.count
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Linked) and self._key == other._key
+
+    @cached_property
     def combinations(self) -> Ints:
         """Return every combination (cells, strands) of value numbers."""
         ranges = [range(strand.size) for strand in self.strands]
@@ -59,8 +73,10 @@ class Linked:
         every = range(len(self.demands))
         if self._possible(every):
             return ()
-        for size in range(1, min(SMALLEST, len(self.demands)) + 1):
-            for few in itertools.combinations(every, size):
+        sizes = range(1, SMALLEST + 1)
+        if sum(math.comb(len(self.demands), size) for size in sizes) <= LOOKED_AT:
+            sets = (itertools.combinations(every, size) for size in sizes)
+            for few in itertools.chain.from_iterable(sets):
                 if not self._possible(few):
                     return few
         left = list(every)
@@ -89,21 +105,28 @@ class Linked:
         return None if found is None else tuple(np.rint(marks @ found[:cells]).astype(int).tolist())
 
     def _possible(self, numbers: Sequence[int]) -> bool:
-        nothing = np.zeros(len(self.combinations))
-        return self._program(numbers, nothing, nothing) is not None
+        cells = len(self.combinations)
+        return _solved(np.zeros(cells), cells, self._exact(numbers)) is not None
+
+    def _exact(self, numbers: Sequence[int]) -> list[tuple[Any, Any, Any]]:
+        """Return the limits that the attributes' counts and demands set: rows, least and most."""
+        import scipy.sparse as sp
+
+        limits: list[tuple[Any, Any, Any]] = [self._margins]
+        for number in numbers:
+            demand = self.demands[number]
+            limits.append((sp.csr_matrix(self._marked(demand)), demand.count, demand.count))
+        return limits
 
     def _program(self, numbers: Sequence[int], wanted: Floats, weights: Floats) -> Ints | None:
         """Return whole numbers (cells,) near `wanted`: the weighted sum of distances is least."""
         import scipy.sparse as sp
 
         cells = len(wanted)
-        rows, low, high = self._margins
-        limits: list[tuple[Any, Any, Any]] = []
-        limits.append((sp.hstack([rows, sp.csr_matrix(rows.shape)]), low, high))
-        for number in numbers:
-            demand = self.demands[number]
-            row = sp.csr_matrix(np.append(self._marked(demand), np.zeros(cells)))
-            limits.append((row, demand.count, demand.count))
+        limits = [
+            (sp.hstack([rows, sp.csr_matrix(rows.shape)]), low, high)
+            for rows, low, high in self._exact(numbers)
+        ]
         one = sp.eye(cells)
         limits.append((sp.hstack([one, -one]), -np.inf, wanted))
         limits.append((sp.hstack([-one, -one]), -np.inf, -wanted))

@@ -12,9 +12,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from hi5_common.domain.planning.strand import Floats, Ints
-
-Table = npt.NDArray[np.uint16]
+from hi5_common.domain.planning.strand import Floats, Ints, Table
 
 FAIR = 1.0
 """A pair less than an image from its expectation is left alone: it has the floor or the ceiling."""

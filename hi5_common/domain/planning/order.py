@@ -14,8 +14,8 @@ import numpy as np
 
 from hi5_common.domain.planning.bundle import Bundle
 from hi5_common.domain.planning.mend import mended
-from hi5_common.domain.planning.strand import Ints, Strand
-from hi5_common.domain.planning.weave import Table, weave
+from hi5_common.domain.planning.strand import Ints, Strand, Table
+from hi5_common.domain.planning.weave import weave
 
 WOVEN = 1 << 20
 """Images that are woven, at most; where there are more, at least half as many."""

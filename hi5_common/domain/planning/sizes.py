@@ -6,8 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hi5_common.domain.planning.order import Order
-from hi5_common.domain.planning.strand import Ints
-from hi5_common.domain.planning.weave import Table
+from hi5_common.domain.planning.strand import Ints, Table
 
 
 def value_sizes(order: Order, place: int) -> Ints:

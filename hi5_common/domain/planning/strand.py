@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
+Table = npt.NDArray[np.uint16]
+"""Value numbers (images, strands): no attribute has 65,536 values."""
 
 
 @dataclass(frozen=True, eq=False)

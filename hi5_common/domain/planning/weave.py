@@ -20,10 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hi5_common.domain.planning.bundle import Bundle
-from hi5_common.domain.planning.strand import Floats, Ints, Strand
-
-Table = npt.NDArray[np.uint16]
-"""Value numbers (images, strands): no attribute has 65,536 values."""
+from hi5_common.domain.planning.strand import Floats, Ints, Strand, Table
 
 LONGEST_CYCLE = 144
 """Combinations of a cycle, at most."""
