@@ -1,7 +1,10 @@
-"""`hi5 audit`: is what was published what the rows and the plan say?"""
+"""`hi5 audit`: is what was published what the rows and the plan say, and is it balanced?"""
 
 from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
+import typer
 from rich.markup import escape
 
 from hi5_common.cli import console
@@ -19,6 +22,11 @@ from hi5_common.cli.options import (
     UrlOption,
     dataset_id,
 )
+from hi5_common.domain.plan import Plan
+
+if TYPE_CHECKING:
+    from hi5_common.cli.fetch.observing import Observing
+    from hi5_common.fairness.observed import Observed
 
 SHOWN = 50
 
@@ -29,14 +37,32 @@ class AuditFailed(OutcomeError):
 
 def audit(
     dataset: DatasetArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Folder for audit.html and audit.json: the balance delivered."),
+    ] = None,
+    pixels: Annotated[
+        bool, typer.Option("--pixels/--no-pixels", help="Look at every picture too (with --out).")
+    ] = True,
     direct: DirectOption = False,
     as_json: JsonOption = False,
     url: UrlOption = None,
     data_dir: DataDirOption = None,
 ) -> None:
-    """Recount and re-hash every published object. Ends with 1 if anything is off."""
+    """Recount and re-hash every published object. Ends with 1 if anything is off.
+
+    With --out, audits the balance of what was delivered too: counts, dependence of attributes and
+    nuisance factors, skin tones as the pictures show them, images that are there twice.
+    """
+    if out is not None:
+        _need_what_it_writes_with(pixels)
+        out.mkdir(parents=True, exist_ok=True)
     with open_source(dataset_id(dataset), url, data_dir, direct=direct) as source:
-        report = run(source)
+        plan = Plan.of(source.spec())
+        observing = _observing(plan, pixels) if out is not None else None
+        report = run(source, observing)
+    if out is not None and observing is not None:
+        _write(out, str(dataset), report, observing.observed, plan)
     if as_json:
         console.write_json(report_json(report))
     else:
@@ -45,14 +71,53 @@ def audit(
         raise AuditFailed(f"{len(report.findings)} findings.")
 
 
-def run(source: DatasetSource) -> AuditReport:
+def run(source: DatasetSource, observing: "Observing | None" = None) -> AuditReport:
     """Audit every shard with a status line."""
     with console.err.status("auditing") as status:
-        for step in audits.audit(source):
+        for step in audits.audit(source, observing):
             if isinstance(step, AuditReport):
                 return step
             status.update(f"auditing: shard {step.number} looked at")
     raise AssertionError("an audit ends with its report")
+
+
+def summary(report: AuditReport) -> list[str]:
+    """Return the counts as a line, and the first findings as one line each."""
+    counts = ", ".join(f"{fault.value.replace('_', ' ')} {report.count(fault)}" for fault in Fault)
+    published = f"{report.published:,} of {report.images:,} images published"
+    hashed = f"{report.objects:,} objects, {report.size_bytes:,} bytes hashed"
+    return [f"{published} in {hashed}: {counts}."] + [
+        f"shard {finding.shard}: {finding.fault}: {finding.subject}: {finding.detail}"
+        for finding in report.findings[:SHOWN]
+    ]
+
+
+def _need_what_it_writes_with(pixels: bool) -> None:
+    """Refuse before hours of reading what would fail after them."""
+    from hi5_common.fairness.looks import need_pixels
+
+    if pixels:
+        need_pixels()
+
+
+def _observing(plan: Plan, pixels: bool) -> "Observing":
+    from hi5_common.cli.fetch.observing import Observing
+    from hi5_common.fairness.observed import Observed
+
+    return Observing(Observed(plan.spec), pixels)
+
+
+def _write(out: Path, dataset: str, report: AuditReport, observed: "Observed", plan: Plan) -> None:
+    from hi5_common.fairness.page import html
+    from hi5_common.fairness.report import fairness
+
+    found = fairness(observed, plan)
+    (out / "audit.json").write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    page = html(found, plan.spec.name or dataset, tuple(summary(report)))
+    (out / "audit.html").write_text(page, encoding="utf-8")
+    for one in found.statements:
+        console.err.print(escape(f"{one.verdict.value}: {one.text}"))
+    console.err.print(f"wrote {out / 'audit.html'} and {out / 'audit.json'}")
 
 
 def report_json(report: AuditReport) -> dict[str, Json]:
@@ -73,14 +138,9 @@ def report_json(report: AuditReport) -> dict[str, Json]:
 
 def print_report(report: AuditReport) -> None:
     """Print the counts, and the first findings."""
-    console.out.print(
-        f"audit: {report.published:,} of {report.images:,} images published in "
-        f"{report.objects:,} objects, {report.size_bytes:,} bytes hashed"
-    )
-    counts = (f"{fault.value.replace('_', ' ')} {report.count(fault)}" for fault in Fault)
-    console.out.print(f"       {', '.join(counts)}")
-    for finding in report.findings[:SHOWN]:
-        words = f"shard {finding.shard}: {finding.fault}: {finding.subject}: {finding.detail}"
+    first, *findings = summary(report)
+    console.out.print(f"audit: {first}")
+    for words in findings:
         console.out.print(escape(words), style="red")
     if len(report.findings) > SHOWN:
         console.out.print(f"… and {len(report.findings) - SHOWN} more; --json has all")

@@ -22,7 +22,7 @@ def benches() -> None:
 def bench_render(
     out: Annotated[Path, typer.Option("--out", help="Folder for results.json and the page.")],
     reduced: Annotated[
-        bool, typer.Option("--reduced", help="Three scenes and few samples: minutes, not hours.")
+        bool, typer.Option("--reduced", help="Two scenes, few samples: under ten minutes.")
     ] = False,
     only: Annotated[
         list[str] | None,
@@ -36,7 +36,10 @@ def bench_render(
             help="How many measured, of these in front and ablations, and confirming: 12,12,6."
         ),
     ] = None,
-    repeats: Annotated[int, typer.Option(min=1, help="Of each image, after one to warm up.")] = 3,
+    repeats: Annotated[
+        int | None,
+        typer.Option(min=1, help="Of each image, after one to warm up. Default 3, reduced 1."),
+    ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Keep what an earlier run left there, and go on.")
     ] = False,
@@ -49,10 +52,11 @@ def bench_render(
 ) -> None:
     """Render scenes in many ways: seconds by phase, and error against converged references."""
     Settings()  # refuses a wrong variable in this command's words
-    arguments = [f"--out={out}", f"--repeats={repeats}"]
+    arguments = [f"--out={out}"]
     arguments += ["--reduced"] if reduced else []
     arguments += ["--resume"] if resume else []
     numbers = {
+        "repeats": repeats,
         "scenes": scenes,
         "reference-samples": reference_samples,
         "threads": threads,

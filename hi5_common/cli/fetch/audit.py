@@ -12,6 +12,7 @@ from pathlib import Path
 import pydantic
 
 from hi5_common.cli.fetch import verified
+from hi5_common.cli.fetch.observing import Observing
 from hi5_common.cli.fetch.shard_files import ShardFiles
 from hi5_common.cli.fetch.source import DatasetSource, ObjectGone, TransferBroken
 from hi5_common.domain import tallies
@@ -62,15 +63,20 @@ class AuditReport:
         return sum(finding.fault is fault for finding in self.findings)
 
 
-def audit(source: DatasetSource) -> Iterator[ManifestShard | AuditReport]:
-    """Yield each shard when it has been looked at, then the report."""
+def audit(
+    source: DatasetSource, observing: Observing | None = None
+) -> Iterator[ManifestShard | AuditReport]:
+    """Yield each shard when it has been looked at, then the report.
+
+    observing takes in what shards hold, those left out whose bytes are wrong.
+    """
     spec = source.spec()
     plan = Plan.of(spec)
     shards = list(source.shards())
     done = [shard for shard in shards if shard.status is ShardStatus.DONE]
     findings = list(_coverage(shards, spec.count))
     for shard in done:
-        findings += _shard_findings(source, spec, plan, shard)
+        findings += _shard_findings(source, spec, plan, shard, observing)
         yield shard
     objects = [item for shard in done for item in shard.objects]
     yield AuditReport(
@@ -102,7 +108,11 @@ def _range(fault: Fault, shard: int, start: int, stop: int) -> Finding:
 
 
 def _shard_findings(
-    source: DatasetSource, spec: DatasetSpec, plan: Plan, shard: ManifestShard
+    source: DatasetSource,
+    spec: DatasetSpec,
+    plan: Plan,
+    shard: ManifestShard,
+    observing: Observing | None,
 ) -> list[Finding]:
     with tempfile.TemporaryDirectory(prefix="hi5-audit-") as folder:
         files = ShardFiles(Path(folder))
@@ -110,9 +120,12 @@ def _shard_findings(
         if findings:
             return findings  # what is inside wrong bytes says nothing more
         try:
-            return list(_content_findings(spec, plan, shard, files))
+            findings = list(_content_findings(spec, plan, shard, files))
+            if observing is not None:
+                observing.add(files, list(read_label_table(files.labels)))
         except (tarfile.TarError, NotALabelTable, ValueError, TypeError, KeyError) as error:
-            return [Finding(Fault.WRONG_BYTES, shard.number, "content", str(error))]
+            findings.append(Finding(Fault.WRONG_BYTES, shard.number, "content", str(error)))
+        return findings
 
 
 def _fetch_findings(

@@ -3,7 +3,8 @@
     python -m services.worker.bench --out DIR [--reduced] [--only GROUP ...] [--repeats N]
 
 Renders references (kept in the cache folder), then every way in a process of its own, and writes
-results.json and a page with its plots. --reduced takes three scenes, few samples and few ways.
+results.json and a page with its plots. --reduced takes two scenes, few samples and the ways that
+say most.
 """
 
 import argparse
@@ -36,7 +37,8 @@ GROUPS = ("preset", "straightforward", "front", "ablation", "confirm")
 class Size:
     """How much is measured: samples of half a reference, scenes, and samples of the ways.
 
-    few: scenes of the front and of the ablations, which are many ways.
+    few: scenes of the front and of the ablations, which are many ways; with `essential` only the
+    denoisers and ablations that matter most are taken.
     """
 
     reference_samples: int
@@ -45,11 +47,13 @@ class Size:
     few: int
     front_samples: tuple[int, ...]
     straightforward_samples: tuple[int, ...]
+    repeats: int
+    essential: bool = False
 
 
 MOST = (12, 12, 6)
-FULL = Size(1024, 12, 6, 12, (2, 4, 8, 16, 32), (2, 4, 8))
-REDUCED = Size(32, 3, 1, 1, (2,), (2, 4))
+FULL = Size(1024, 12, 6, 12, (2, 4, 8, 16, 32), (2, 4, 8), repeats=3)
+REDUCED = Size(12, 2, 1, 1, (2,), (2, 4), repeats=1, essential=True)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -63,7 +67,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         run = Bench(settings, asked.out, SIDE_PX, threads, asked.resume)
         size = REDUCED if asked.reduced else FULL
         size = _with_scenes(size, asked.scenes) if asked.scenes else size
-        found = measure(run, size, asked.reference_samples, asked.only or GROUPS, asked.repeats)
+        repeats = asked.repeats or size.repeats
+        found = measure(run, size, asked.reference_samples, asked.only or GROUPS, repeats)
     except Hi5Error as error:
         say(f"error: {error}")
         return WRONG_INPUT if isinstance(error, InvalidInput) else FAILED
@@ -155,8 +160,8 @@ def _ways(size: Size) -> list[Way]:
     return [
         *ways.presets(),
         *ways.straightforward(size.straightforward_samples),
-        *ways.front(size.front_samples),
-        *ways.ablations(),
+        *ways.front(size.front_samples, size.essential),
+        *ways.ablations(size.essential),
     ]
 
 
@@ -200,13 +205,13 @@ def _need_what_it_draws_with() -> None:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bench", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--out", type=Path, required=True, help="folder for results and page")
-    parser.add_argument("--reduced", action="store_true", help="three scenes, minutes")
+    parser.add_argument("--reduced", action="store_true", help="two scenes, under ten minutes")
     parser.add_argument("--only", nargs="*", choices=GROUPS, help="only these groups of ways")
     parser.add_argument(
         "--scenes",
         help="how many: measured, of these in front and ablations, and confirming; all: 12,12,6",
     )
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--repeats", type=int, help="of each image; default 3, reduced 1")
     parser.add_argument(
         "--resume", action="store_true", help="keep what an earlier run left in DIR and go on"
     )

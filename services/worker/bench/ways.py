@@ -44,20 +44,37 @@ STRAIGHTFORWARD = RenderSettings(
 """Full frame, nothing kept, twelve bounces, the best denoiser: what one writes first."""
 
 
-def front(samples: tuple[int, ...]) -> list[Way]:
-    """Return the ways among which presets are chosen: denoisers by samples."""
+ESSENTIAL = (
+    "full frame instead of the hand's rectangle",
+    "light wanders in any skin",
+    "denoiser fast",
+    "prefilter accurate",
+    "no denoiser",
+    "outline as sampled",
+    "next image not staged ahead",
+)
+"""The ablations that say most: those with a price in time or in error."""
+
+
+def front(samples: tuple[int, ...], essential: bool = False) -> list[Way]:
+    """Return the ways among which presets are chosen: denoisers by samples.
+
+    essential: the three denoisers between which the choice lies.
+    """
     denoisers = (
         (Denoise.NONE, Prefilter.NONE),
         (Denoise.FAST, Prefilter.FAST),
+        (Denoise.HIGH, Prefilter.ACCURATE),
+    )
+    others = (
         (Denoise.BALANCED, Prefilter.FAST),
         (Denoise.BALANCED, Prefilter.NONE),
         (Denoise.HIGH, Prefilter.NONE),
         (Denoise.HIGH, Prefilter.FAST),
-        (Denoise.HIGH, Prefilter.ACCURATE),
     )
     return [
         Way(_name(settings), settings)
-        for denoise, prefilter in denoisers
+        for denoise, prefilter in (*denoisers, *(() if essential else others))
         for count in samples
         for settings in (RenderSettings(count, denoise, prefilter),)
     ]
@@ -97,8 +114,11 @@ def straightforward(samples: tuple[int, ...]) -> list[Way]:
     ]
 
 
-def ablations() -> list[Way]:
-    """Return the standard preset with one saving at a time taken back, or one more tried."""
+def ablations(essential: bool = False) -> list[Way]:
+    """Return the standard preset with one saving at a time taken back, or one more tried.
+
+    essential: those named in ESSENTIAL.
+    """
     without: dict[str, Way] = {
         "full frame instead of the hand's rectangle": Way("", STANDARD, crop=False),
         "no persistent data": Way("", STANDARD, persistent=False),
@@ -128,7 +148,11 @@ def ablations() -> list[Way]:
         "outline as sampled": Way("", STANDARD, outline=False),
         "next image not staged ahead": Way("", STANDARD, ahead=False),
     }
-    return [replace(way, name=name, group="ablation") for name, way in without.items()]
+    return [
+        replace(way, name=name, group="ablation")
+        for name, way in without.items()
+        if not essential or name in ESSENTIAL
+    ]
 
 
 def _name(settings: RenderSettings) -> str:

@@ -1,0 +1,129 @@
+"""Columns over delivered images: attribute values, nuisance factors, looks."""
+
+from array import array
+from collections.abc import Sequence
+from enum import StrEnum
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from hi5_common.domain.labels import ImageLabel
+from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.vocabulary import Attribute, KeypointVisibility
+from hi5_common.fairness.looks import Look
+
+type F8 = npt.NDArray[np.float64]
+type I8 = npt.NDArray[np.int64]
+
+
+class Measure(StrEnum):
+    """A nuisance factor: what varies beside the attributes and ought not to go with them."""
+
+    EXPOSURE_EV = "exposure_ev"
+    DISTANCE_M = "distance_m"
+    YAW_DEG = "yaw_deg"
+    HIDDEN_SHARE = "hidden_share"
+    HAND_PX = "hand_px"
+    IN_FRAME_SHARE = "in_frame_share"
+
+
+MEANING = {
+    Measure.EXPOSURE_EV: "exposure, stops",
+    Measure.DISTANCE_M: "distance of the camera from the hand, m",
+    Measure.YAW_DEG: "camera's yaw away from the hand, degrees",
+    Measure.HIDDEN_SHARE: "share of keypoints that the hand itself hides",
+    Measure.HAND_PX: "size of the hand in the picture: square root of its mask's pixels",
+    Measure.IN_FRAME_SHARE: "share of the hand's skin inside the frame",
+}
+
+
+class Observed:
+    """What delivered images are. Grows shard by shard; a hundred bytes an image."""
+
+    def __init__(self, spec: DatasetSpec) -> None:
+        self.indices = array("q")
+        self._values = {name: list(spec.values_of(name)) for name in Attribute}
+        self._numbers = {
+            name: {value: number for number, value in enumerate(values)}
+            for name, values in self._values.items()
+        }
+        self._codes = {name: array("i") for name in Attribute}
+        self._measures = {measure: array("d") for measure in Measure}
+        self.looks: list[Look] = []
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    def add(self, label: ImageLabel, look: Look | None) -> None:
+        """Add one image. A value that nobody asked for is kept as one more."""
+        self.indices.append(label.index)
+        for name, value in label.attributes.items():
+            numbers = self._numbers[name]
+            if value not in numbers:
+                numbers[value] = len(numbers)
+                self._values[name].append(value)
+            self._codes[name].append(numbers[value])
+        for measure, number in measures_of(label).items():
+            self._measures[measure].append(number)
+        if look is not None:
+            self.looks.append(look)
+
+    def values(self, attribute: Attribute) -> tuple[str, ...]:
+        """Return the values asked for, in canonical order, then any others that came."""
+        return tuple(self._values[attribute])
+
+    def codes(self, attribute: Attribute) -> I8:
+        """Return which of `values` each image has, (n,)."""
+        return np.array(self._codes[attribute], np.int64)
+
+    def measure(self, measure: Measure) -> F8:
+        """Return a nuisance factor, (n,); NaN where a label does not say."""
+        return np.array(self._measures[measure], np.float64)
+
+
+def measures_of(label: ImageLabel) -> dict[Measure, float]:
+    """Return the nuisance factors of one image; NaN for what its label does not hold."""
+    view, light = label.scene.get("view", {}), label.scene.get("light", {})
+    mask = label.hand_mask or label.mask
+    return {
+        Measure.EXPOSURE_EV: float(light.get("exposure_ev", np.nan)),
+        Measure.DISTANCE_M: float(view.get("distance_m", np.nan)),
+        Measure.YAW_DEG: float(view.get("yaw_deg", np.nan)),
+        Measure.HIDDEN_SHARE: _hidden_share(label),
+        Measure.HAND_PX: np.nan if mask is None else float(np.sqrt(mask.area_px)),
+        Measure.IN_FRAME_SHARE: label.in_frame_share,
+    }
+
+
+def binned(numbers: F8, bins: int) -> tuple[I8, F8]:
+    """Return the quantile bin (n,) of each number, and the edges; -1 for NaN.
+
+    Bins that would be empty, because numbers repeat, are left out.
+    """
+    known = numbers[~np.isnan(numbers)]
+    if not len(known):
+        return np.full(len(numbers), -1, np.int64), np.zeros(0)
+    edges = np.unique(np.quantile(known, np.linspace(0.0, 1.0, bins + 1)))
+    if len(edges) < 2:
+        return np.where(np.isnan(numbers), -1, 0).astype(np.int64), edges
+    places = np.clip(np.searchsorted(edges, numbers, side="right") - 1, 0, len(edges) - 2)
+    return np.where(np.isnan(numbers), -1, places).astype(np.int64), edges
+
+
+def bin_names(edges: F8) -> tuple[str, ...]:
+    """Return the bins' names: from..to."""
+    if len(edges) == 1:
+        return (f"{edges[0]:.3g}",)
+    return tuple(f"{low:.3g}..{high:.3g}" for low, high in pairwise(edges.tolist()))
+
+
+def _hidden_share(label: ImageLabel) -> float:
+    if label.keypoints is None:
+        return float("nan")
+    return _share([point.visibility for point in label.keypoints])
+
+
+def _share(visibilities: Sequence[KeypointVisibility]) -> float:
+    hidden = sum(one is KeypointVisibility.SELF_OCCLUDED for one in visibilities)
+    return hidden / len(visibilities)
