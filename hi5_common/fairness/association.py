@@ -10,16 +10,16 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.special import chdtrc
+from scipy.special import chdtrc, gammaincc
 
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.spec import StrictModel
 from hi5_common.fairness.observed import I8
 
 FEWEST_A_CELL = 5.0
-DEALS = 999
+DEALS, FEWEST_DEALS = 999, 100
 MOST_DEALT = 50_000_000
-"""Images times deals: beyond it fewer deals are made, a hundred at least."""
+"""Images times deals: beyond it fewer deals are made."""
 
 
 class Association(StrictModel):
@@ -92,15 +92,26 @@ def _table(rows: I8, columns: I8, height: int, width: int) -> I8:
 
 
 def _dealt(rows: I8, columns: I8, expected: np.ndarray, chi2: float) -> float:
-    """Return the share of random deals, and the one there is, with at least this chi-square."""
+    """Return how often random deals have at least this chi-square.
+
+    A gamma distribution with the mean and variance of dealt chi-squares says so: counting deals
+    could never be surer than one over their number.
+    """
     rng = factor_rng(0, len(rows), "fairness/deals")
-    deals = int(np.clip(MOST_DEALT // max(len(rows), 1), 100, DEALS))
+    deals = int(np.clip(MOST_DEALT // max(len(rows), 1), FEWEST_DEALS, DEALS))
     height, width = expected.shape
-    as_far = 1
-    for _ in range(deals):
-        table = _table(rows, rng.permutation(columns), height, width)
-        as_far += float(((table - expected) ** 2 / expected).sum()) >= chi2 * (1 - 1e-12)
-    return as_far / (deals + 1)
+    dealt = np.array(
+        [
+            (
+                (_table(rows, rng.permutation(columns), height, width) - expected) ** 2 / expected
+            ).sum()
+            for _ in range(deals)
+        ]
+    )
+    mean, variance = float(dealt.mean()), float(dealt.var())
+    if variance <= 0.0:
+        return 1.0  # every deal gives the same table
+    return float(gammaincc(mean**2 / variance, chi2 * mean / variance))
 
 
 def _corrected(chi2: float, images: int, shape: tuple[int, ...]) -> float:

@@ -146,7 +146,7 @@ def _tones(tones: Tones | None) -> Iterator[Statement]:
         )
         if row.own_share < FEW_OWN:
             most = max(range(len(row.seen)), key=row.seen.__getitem__)
-            looks = f"most look {tones.classes[most].replace('_', ' ')}"
+            looks = f"the largest part looks {tones.classes[most].replace('_', ' ')}"
             yield _say(Verdict.UNFAIR, f"Only {own}; {shown} degrees, and {looks}.")
         else:
             yield _say(Verdict.FAIR, f"{own}; {shown} degrees.")
