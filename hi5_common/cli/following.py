@@ -18,7 +18,13 @@ PATIENCE_S = 30.0
 QUIET_S = 10.0
 """How often a line is printed where no live bar can be drawn."""
 
-SETTLED = (DatasetStatus.COMPLETE, DatasetStatus.FAILED, DatasetStatus.CANCELLED)
+SETTLED = (
+    DatasetStatus.COMPLETE,
+    DatasetStatus.COMPLETE_WITH_GAPS,
+    DatasetStatus.FAILED,
+    DatasetStatus.CANCELLED,
+)
+NAMED_GAPS = 10
 
 
 class DatasetNotComplete(OutcomeError):
@@ -53,9 +59,13 @@ def follow(service: Service, dataset_id: UUID) -> DatasetLine:
 
 
 def require_complete(service: Service, dataset: DatasetLine) -> None:
-    """Raise DatasetNotComplete with the failed shards' reasons unless every image is there."""
+    """Raise DatasetNotComplete unless every image is there: with the gaps, or with the failed
+    shards' reasons.
+    """
     if dataset.status is DatasetStatus.COMPLETE:
         return
+    if dataset.status is DatasetStatus.COMPLETE_WITH_GAPS:
+        raise DatasetNotComplete(_gaps_in_words(service, dataset))
     reasons = {
         shard.failure_reason or "unknown"
         for shard in service.shards(dataset.id)
@@ -66,6 +76,16 @@ def require_complete(service: Service, dataset: DatasetLine) -> None:
     done, count = dataset.progress.done, dataset.progress.count
     raise DatasetNotComplete(
         f"Dataset {dataset.id} is {dataset.status}: {done} of {count} images.{why}{remedy}"
+    )
+
+
+def _gaps_in_words(service: Service, dataset: DatasetLine) -> str:
+    gaps = [gap for shard in service.shards(dataset.id) for gap in shard.gaps]
+    named = "; ".join(f"{gap.index} ({gap.reason[:200]})" for gap in gaps[:NAMED_GAPS])
+    more = f"; and {len(gaps) - NAMED_GAPS} more" if len(gaps) > NAMED_GAPS else ""
+    return (
+        f"Dataset {dataset.id} is complete but for {len(gaps)} of {dataset.progress.count} images "
+        f"that could not be made: {named}{more}. `hi5 manifest {dataset.id} --json` names them all."
     )
 
 

@@ -242,7 +242,9 @@ def _record(row: DatasetRow, count: deliveries.Count) -> Dataset:
         created_at=row.created_at,
         cancel_requested_at=row.cancel_requested_at,
         status=lifecycle.dataset_status(
-            count.shards, cancel_requested=row.cancel_requested_at is not None
+            count.shards,
+            cancel_requested=row.cancel_requested_at is not None,
+            images_missing=count.images_done < row.image_count,
         ),
         shards_by_status=count.shards,
         images_done=count.images_done,

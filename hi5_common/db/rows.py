@@ -4,7 +4,15 @@ from dataclasses import asdict
 from typing import Any
 
 from hi5_common.db.tables import ShardRow
-from hi5_common.domain.records import Publication, Shard, ShardStatus, StoredObject, Tallies
+from hi5_common.domain.records import (
+    Gap,
+    Publication,
+    Redraw,
+    Shard,
+    ShardStatus,
+    StoredObject,
+    Tallies,
+)
 
 
 def shard(row: ShardRow) -> Shard:
@@ -26,16 +34,19 @@ def shard(row: ShardRow) -> Shard:
 
 
 def publication(document: dict[str, Any]) -> Publication:
-    """Read a publication from its JSON column."""
+    """Read a publication from its JSON column; those of older versions know of no gaps."""
     return Publication(
         samples=StoredObject(**document["samples"]),
         labels=StoredObject(**document["labels"]),
         members=StoredObject(**document["members"]),
         image_count=document["image_count"],
         tallies=Tallies(**document["tallies"]),
+        gaps=tuple(Gap(**gap) for gap in document.get("gaps", ())),
+        redraws=tuple(Redraw(**redraw) for redraw in document.get("redraws", ())),
     )
 
 
 def publication_document(value: Publication) -> dict[str, Any]:
     """Return what the JSON column keeps of a publication."""
-    return asdict(value)
+    document = asdict(value)
+    return {**document, "gaps": list(document["gaps"]), "redraws": list(document["redraws"])}

@@ -78,7 +78,7 @@ def finish(
     """Publish what an attempt made. From here on readers see it.
 
     The same attempt may finish twice with the same publication: a commit whose answer was lost is
-    simply sent again. Raises LeaseLost, or WrongCount if images are missing.
+    simply sent again. Raises LeaseLost, or WrongCount if images are missing that are no gaps.
     """
     document = rows.publication_document(publication)
     finished = _transition(
@@ -86,14 +86,15 @@ def finish(
         Transition.FINISH,
         and_(
             _held(shard_id, attempt, owner),
-            ShardRow.stop - ShardRow.start == publication.image_count,
+            ShardRow.stop - ShardRow.start == publication.image_count + len(publication.gaps),
         ),
         publication=document,
         progress=publication.image_count,
         **_NO_LEASE,
     )
     if finished is not None:
-        events.record_shards(session, [shard_id], Transition.FINISH, owner=owner)
+        detail = _what_is_missing(publication)
+        events.record_shards(session, [shard_id], Transition.FINISH, owner=owner, detail=detail)
         deliveries.add(session, finished.dataset_id, publication)
         return
     _explain_refusal(session, shard_id, attempt, document)
@@ -291,7 +292,19 @@ def _explain_refusal(
         return
     if row.status != ShardStatus.LEASED.value:
         raise errors.LeaseLost
-    asked, made = row.stop - row.start, document["image_count"]
-    if asked == made:
+    asked = row.stop - row.start
+    made, gaps = document["image_count"], len(document["gaps"])
+    if asked == made + gaps:
         raise errors.LeaseLost
-    raise errors.WrongCount(f"Shard {row.number} has {asked} indices, the publication {made}.")
+    told = f"{made} images and {gaps} gaps"
+    raise errors.WrongCount(f"Shard {row.number} has {asked} indices, the publication {told}.")
+
+
+def _what_is_missing(publication: Publication) -> str | None:
+    """Return the gaps and redraws of a publication in words; None without any."""
+    words = [f"image {gap.index} is missing: {gap.reason}" for gap in publication.gaps]
+    words += [
+        f"image {one.index} is draw {one.draw} of its cell: {one.reason}"
+        for one in publication.redraws
+    ]
+    return "; ".join(words) or None

@@ -61,12 +61,17 @@ def target(transition: Transition) -> ShardStatus:
     return TRANSITIONS[transition][1]
 
 
-def dataset_status(shards: Mapping[ShardStatus, int], *, cancel_requested: bool) -> DatasetStatus:
-    """Derive a dataset's state from its numbers of shards by state."""
+def dataset_status(
+    shards: Mapping[ShardStatus, int], *, cancel_requested: bool, images_missing: bool = False
+) -> DatasetStatus:
+    """Derive a dataset's state from its numbers of shards by state.
+
+    images_missing: fewer images are published than the dataset has.
+    """
     total = sum(shards.values())
     done = shards.get(_D, 0)
     if done == total:
-        return DatasetStatus.COMPLETE
+        return DatasetStatus.COMPLETE_WITH_GAPS if images_missing else DatasetStatus.COMPLETE
     if cancel_requested:
         return DatasetStatus.CANCELLED
     if shards.get(_P, 0) == total:

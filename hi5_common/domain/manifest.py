@@ -4,6 +4,7 @@ A reader that follows it knows every published object by key, size and SHA-256. 
 shard number: `next` is the address of the following page, or None on the last.
 """
 
+from dataclasses import asdict
 from datetime import datetime
 from uuid import UUID
 
@@ -24,8 +25,26 @@ class ManifestObject(StrictModel):
     sha256: str
 
 
+class MissingImage(StrictModel):
+    """An image that no draw of its cell could be made of, and why."""
+
+    index: int
+    reason: str
+
+
+class RedrawnImage(StrictModel):
+    """An image that is a later draw of its cell (0 is the first), and why not the one before."""
+
+    index: int
+    draw: int
+    reason: str
+
+
 class ManifestShard(StrictModel):
-    """Images [start, stop). Objects and tallies (`attribute=value`: images) only once done."""
+    """Images [start, stop). Objects and tallies (`attribute=value`: images) only once done.
+
+    gaps: images of a done shard that it does not have; redrawn: images that are later draws.
+    """
 
     number: int
     start: int
@@ -36,14 +55,20 @@ class ManifestShard(StrictModel):
     failure_reason: str | None
     objects: tuple[ManifestObject, ...]
     tallies: dict[str, int]
+    gaps: tuple[MissingImage, ...] = ()
+    redrawn: tuple[RedrawnImage, ...] = ()
 
 
 class Progress(StrictModel):
-    """Images by how far they are. `done` are published; `in_progress` lie on a worker."""
+    """Images by how far they are. `done` are published; `in_progress` lie on a worker.
+
+    missing: gaps of a dataset whose shards are all done; 0 before. Its manifest names them.
+    """
 
     count: int
     done: int
     in_progress: int
+    missing: int = 0
     shards: dict[ShardStatus, int]
 
 
@@ -66,6 +91,7 @@ def progress_of(dataset: Dataset) -> Progress:
         count=dataset.spec.count,
         done=dataset.images_done,
         in_progress=dataset.images_in_progress,
+        missing=dataset.images_missing,
         shards={status: dataset.shards_by_status.get(status, 0) for status in ShardStatus},
     )
 
@@ -83,6 +109,10 @@ def manifest_shard(shard: Shard) -> ManifestShard:
         failure_reason=shard.failure_reason,
         objects=manifest_objects(publication) if publication else (),
         tallies=dict(publication.tallies.values) if publication else {},
+        gaps=tuple(MissingImage(**asdict(gap)) for gap in publication.gaps) if publication else (),
+        redrawn=tuple(RedrawnImage(**asdict(one)) for one in publication.redraws)
+        if publication
+        else (),
     )
 
 

@@ -24,6 +24,7 @@ class DatasetStatus(StrEnum):
     PENDING = "pending"
     RUNNING = "running"
     COMPLETE = "complete"
+    COMPLETE_WITH_GAPS = "complete_with_gaps"
     FAILED = "failed"
     CANCELLED = "cancelled"
 
@@ -50,14 +51,33 @@ class Tallies:
 
 
 @dataclass(frozen=True)
+class Gap:
+    """An image that no draw of its cell could be made of: it is missing, and this is why."""
+
+    index: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Redraw:
+    """An image that is draw `draw` of its cell, since those before it could not be made."""
+
+    index: int
+    draw: int
+    reason: str
+
+
+@dataclass(frozen=True)
 class Publication:
-    """What a finished attempt made of a shard."""
+    """What a finished attempt made of a shard: image_count images, the gaps missing."""
 
     samples: StoredObject
     labels: StoredObject
     members: StoredObject
     image_count: int
     tallies: Tallies
+    gaps: tuple[Gap, ...] = ()
+    redraws: tuple[Redraw, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -90,3 +110,9 @@ class Dataset:
     shards_by_status: dict[ShardStatus, int]
     images_done: int
     images_in_progress: int
+
+    @property
+    def images_missing(self) -> int:
+        """Return the number of gaps; 0 until every shard is done."""
+        gaps = self.status is DatasetStatus.COMPLETE_WITH_GAPS
+        return self.spec.count - self.images_done if gaps else 0

@@ -27,6 +27,7 @@ from hi5_common.domain.spec import DatasetSpec
 from hi5_common.settings import RendererName
 from services.worker.outcome import failure_reason, write_sample
 from services.worker.sample import Sample, Studio
+from services.worker.scene.sampling import Take
 from services.worker.studio import open_studio
 
 EVENTS_FD = 3
@@ -49,6 +50,11 @@ class Job(BaseModel):
     device: str = "cpu"
     calibration: Path | None = None
     fault: None = None
+    draws: dict[int, int] = Field(default_factory=dict)
+
+    def take(self, index: int) -> Take:
+        """Return an image with the draw of its cell that is wanted."""
+        return Take(index, self.draws.get(index, 0))
 
 
 def main() -> None:
@@ -79,7 +85,10 @@ def run(job: Job) -> None:
     job.out_dir.mkdir(parents=True, exist_ok=True)
     send({"event": "ready", "pid": os.getpid(), "renderer": studio.renderer.versions})
     pairs = zip_longest(job.indices, job.indices[1:])
-    made = sum(_attempt(studio, job, plan, index, then) for index, then in pairs)
+    made = sum(
+        _attempt(studio, job, plan, job.take(index), None if then is None else job.take(then))
+        for index, then in pairs
+    )
     send({"event": "done", "images": made})
 
 
@@ -107,16 +116,16 @@ def leave(code: int) -> None:
     os._exit(code)
 
 
-def _attempt(studio: Studio, job: Job, plan: Plan, index: int, then: int | None) -> bool:
+def _attempt(studio: Studio, job: Job, plan: Plan, take: Take, then: Take | None) -> bool:
     started = time.perf_counter()
     try:
-        sample = studio.make_sample(job.spec, plan, index, then=then)
+        sample = studio.make_sample(job.spec, plan, take, then=then)
         write_sample(sample, job.out_dir, job.out_dir)
     except Exception as error:  # noqa: BLE001  the process boundary: one image must not stop a job
         traceback.print_exc()
         detail = str(error)[:_MAX_DETAIL]
         reason = failure_reason(error)
-        send({"event": "failed", "index": index, "reason": reason, "detail": detail})
+        send({"event": "failed", "index": take.index, "reason": reason, "detail": detail})
         return False
     send(_image_event(sample, time.perf_counter() - started))
     return True

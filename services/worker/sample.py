@@ -25,7 +25,7 @@ from services.worker.render.rect import PixelRect
 from services.worker.scene.environments import bake_ahead, load_panorama
 from services.worker.scene.geometry import build_geometry
 from services.worker.scene.library import HandLibrary
-from services.worker.scene.sampling import sample_scene
+from services.worker.scene.sampling import Take, sample_scene
 from services.worker.scene.types import HandScene, SceneGeometry
 
 
@@ -79,24 +79,27 @@ class Studio:
     renderer: Renderer
     hands: HandLibrary
     calibration: Calibration = field(default_factory=shipped)
-    _ahead: dict[int, tuple[DatasetSpec, Staged]] = field(default_factory=dict)
+    _ahead: dict[Take, tuple[DatasetSpec, Staged]] = field(default_factory=dict)
     """What was staged before it was asked for, by image: one image at most."""
 
     def make_sample(
-        self, spec: DatasetSpec, plan: Cells, index: int, *, then: int | None = None
+        self, spec: DatasetSpec, plan: Cells, take: Take | int, *, then: Take | int | None = None
     ) -> Sample:
-        """Return image `index` of a spec: image and label are functions of (spec, index) alone.
+        """Return an image of a spec: image and label are functions of (spec, index, draw) alone.
+
+        A number alone is an image's first draw.
 
         `then` is the image that will be asked for next, to be made ready meanwhile. Raises
         RenderFailed's kinds when there is no usable frame, PermanentError's when no try can give
         one.
         """
         watch = Stopwatch()
-        staged = self._taken(spec, index)
+        wanted = Take.of(take)
+        staged = self._taken(spec, wanted)
         if staged is None:
-            staged = self._staged(spec, plan, index, watch)
-        ahead = None if then is None else partial(self._stage_ahead, spec, plan, then)
-        return self._developed(spec, staged, f"{index:09d}", watch, ahead)
+            staged = self._staged(spec, plan, wanted, watch)
+        ahead = None if then is None else partial(self._stage_ahead, spec, plan, Take.of(then))
+        return self._developed(spec, staged, f"{wanted.index:09d}", watch, ahead)
 
     def developed(
         self, spec: DatasetSpec, scene: HandScene, file_stem: str, watch: Stopwatch
@@ -104,10 +107,10 @@ class Studio:
         """Return the sample of a resolved scene; the clip's frames are made here too."""
         return self._developed(spec, self._posed(scene, watch), file_stem, watch, None)
 
-    def _staged(self, spec: DatasetSpec, plan: Cells, index: int, watch: Stopwatch) -> Staged:
+    def _staged(self, spec: DatasetSpec, plan: Cells, take: Take, watch: Stopwatch) -> Staged:
         with watch.phase("scene"):
-            bake_ahead(plan.cell(index).environment)  # meanwhile a new machine compiles hands
-            scene = sample_scene(spec, plan, index, self.hands, self.renderer.prepare)
+            bake_ahead(plan.cell(take.index).environment)  # meanwhile a new machine compiles hands
+            scene = sample_scene(spec, plan, take, self.hands, self.renderer.prepare)
         return self._posed(scene, watch)
 
     def _posed(self, scene: HandScene, watch: Stopwatch) -> Staged:
@@ -115,21 +118,21 @@ class Studio:
             geometry = build_geometry(scene, self.hands)
             return Staged(scene, geometry, project_mesh(scene.camera, geometry))
 
-    def _taken(self, spec: DatasetSpec, index: int) -> Staged | None:
+    def _taken(self, spec: DatasetSpec, take: Take) -> Staged | None:
         """Return what was staged ahead, if it is this image of this very spec; forget the rest."""
-        found = self._ahead.get(index)
+        found = self._ahead.get(take)
         self._ahead.clear()
         return found[1] if found is not None and found[0] is spec else None
 
-    def _stage_ahead(self, spec: DatasetSpec, plan: Cells, index: int, watch: Stopwatch) -> None:
+    def _stage_ahead(self, spec: DatasetSpec, plan: Cells, take: Take, watch: Stopwatch) -> None:
         """Stage an image before it is asked for.
 
         Whatever fails here fails again when it is, and is told then: it is not this image's fault.
         """
         with suppress(Exception), watch.phase("ahead"):
-            staged = self._staged(spec, plan, index, Stopwatch())
+            staged = self._staged(spec, plan, take, Stopwatch())
             self.renderer.expect(staged.scene, staged.geometry)
-            self._ahead[index] = (spec, staged)
+            self._ahead[take] = (spec, staged)
 
     def _developed(
         self,

@@ -9,7 +9,7 @@ from uuid import UUID
 
 import pytest
 
-from hi5_common.db import datasets, deliveries, shards
+from hi5_common.db import datasets, deliveries, events, shards
 from hi5_common.db.engine import Database
 from hi5_common.db.errors import DatabaseUnavailable
 from hi5_common.domain.records import DatasetStatus, Shard, ShardStatus
@@ -106,14 +106,40 @@ def test_nothing_due_is_no_work(database: Database, tmp_path: Path) -> None:
     assert runner(database, Store(), tmp_path).run_next(UUID(int=3)) is None
 
 
-def test_a_poisoned_image_fails_the_shard_with_its_index(
+def test_a_poisoned_image_is_a_named_gap(database: Database, tmp_path: Path) -> None:
+    made = factories.dataset(database, count=2, size=2, name="crash_always 1")
+    assert runner(database, Store(), tmp_path).run_next(None) is Outcome.PUBLISHED
+    publication = only_shard(database, made.id).publication
+    assert publication
+    (gap,) = publication.gaps
+    assert (publication.image_count, gap.index) == (1, 1)
+    assert gap.reason.startswith("failed 5 times: killed by SIGSEGV")
+    with database.snapshot() as session:
+        seen = datasets.get(session, made.id)
+        history = events.of_dataset(session, made.id, 100)
+    assert (seen.status, seen.images_done) == (DatasetStatus.COMPLETE_WITH_GAPS, 1)
+    assert seen.images_missing == 1
+    assert any("image 1 is missing: failed 5 times" in str(event.detail) for event in history)
+
+
+def test_an_image_that_cannot_be_made_is_drawn_again_and_the_row_says_so(
     database: Database, tmp_path: Path
 ) -> None:
-    made = factories.dataset(database, count=2, size=2, name="crash_always 1")
+    made = factories.dataset(database, count=2, size=2, name="crash_first_draw 1")
+    assert runner(database, Store(), tmp_path).run_next(None) is Outcome.PUBLISHED
+    publication = only_shard(database, made.id).publication
+    assert publication
+    assert [(one.index, one.draw) for one in publication.redraws] == [(1, 1)]
+    with database.snapshot() as session:
+        assert datasets.get(session, made.id).status is DatasetStatus.COMPLETE
+
+
+def test_a_poisoned_shard_fails_with_its_image(database: Database, tmp_path: Path) -> None:
+    made = factories.dataset(database, count=1, size=1, name="crash_always 0")
     assert runner(database, Store(), tmp_path).run_next(None) is Outcome.FAILED
     shard = only_shard(database, made.id)
     assert shard.status is ShardStatus.FAILED
-    assert "image 1 failed 3 times: killed by SIGSEGV" in str(shard.failure_reason)
+    assert "image 0 failed 5 times: killed by SIGSEGV" in str(shard.failure_reason)
 
 
 @pytest.mark.parametrize(

@@ -26,12 +26,18 @@ def settings(folder: Path, **changes: object) -> Settings:
     return Settings.model_validate(quick | changes)
 
 
-def runner(database: Database, store: ObjectStore, folder: Path, owner: str = "w") -> ShardRunner:
-    """Return a slot that renders with the stand-in child, whose fault is the dataset's name."""
+def runner(
+    database: Database,
+    store: ObjectStore,
+    folder: Path,
+    owner: str = "w",
+    child: str = "tests.support.stand_in_child",
+) -> ShardRunner:
+    """Return a slot; the stand-in child's fault is the dataset's name."""
     return ShardRunner(
         database=database,
         store=store,
-        settings=settings(folder, child_module="tests.support.stand_in_child"),
+        settings=settings(folder, child_module=child, renderer="fake"),
         owner=owner,
         draining=lambda: False,
     )

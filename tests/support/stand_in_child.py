@@ -29,7 +29,7 @@ def main() -> None:
         os._exit(3)
     _say({"event": "ready"})
     for index in job["indices"]:
-        _misbehave(fault, argument, index, out_dir)
+        _misbehave(fault, argument, index, out_dir, job["draws"])
         if fault == "slow":
             time.sleep(float(argument))
         _say(_image(job, index, out_dir, fault))
@@ -37,7 +37,7 @@ def main() -> None:
     os._exit(0)
 
 
-def _misbehave(fault: str, argument: str, index: int, out_dir: Path) -> None:
+def _misbehave(fault: str, argument: str, index: int, out_dir: Path, draws: dict[str, int]) -> None:
     if fault == "crash_everywhere":
         os.kill(os.getpid(), signal.SIGSEGV)
     if not argument.isdigit() or index != int(argument):
@@ -46,6 +46,8 @@ def _misbehave(fault: str, argument: str, index: int, out_dir: Path) -> None:
         case "crash_once" if _first_time(out_dir, fault):
             os.kill(os.getpid(), signal.SIGSEGV)
         case "crash_always":
+            os.kill(os.getpid(), signal.SIGSEGV)
+        case "crash_first_draw" if str(index) not in draws:
             os.kill(os.getpid(), signal.SIGSEGV)
         case "hang_once" if _first_time(out_dir, fault):
             time.sleep(3600)

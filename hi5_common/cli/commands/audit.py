@@ -82,13 +82,19 @@ def run(source: DatasetSource, observing: "Observing | None" = None) -> AuditRep
 
 
 def summary(report: AuditReport) -> list[str]:
-    """Return the counts as a line, and the first findings as one line each."""
+    """Return the counts as a line; the first findings, gaps and redraws as one line each."""
     counts = ", ".join(f"{fault.value.replace('_', ' ')} {report.count(fault)}" for fault in Fault)
     published = f"{report.published:,} of {report.images:,} images published"
     hashed = f"{report.objects:,} objects, {report.size_bytes:,} bytes hashed"
-    return [f"{published} in {hashed}: {counts}."] + [
+    lines = [f"{published} in {hashed}: {counts}."]
+    lines += [
         f"shard {finding.shard}: {finding.fault}: {finding.subject}: {finding.detail}"
         for finding in report.findings[:SHOWN]
+    ]
+    lines += [f"image {gap.index} is missing: {gap.reason}" for gap in report.gaps[:SHOWN]]
+    return lines + [
+        f"image {one.index} is draw {one.draw} of its cell: {one.reason}"
+        for one in report.redrawn[:SHOWN]
     ]
 
 
@@ -131,6 +137,8 @@ def report_json(report: AuditReport) -> dict[str, Json]:
         "unpublished": report.unpublished,
         "objects": report.objects,
         "bytes": report.size_bytes,
+        "gaps": [gap.model_dump(mode="json") for gap in report.gaps],
+        "redrawn": [one.model_dump(mode="json") for one in report.redrawn],
         **{fault.value: report.count(fault) for fault in Fault},
         "findings": findings,
     }

@@ -17,7 +17,7 @@ from hi5_common.cli.fetch.shard_files import ShardFiles
 from hi5_common.cli.fetch.source import DatasetSource, ObjectGone, TransferBroken
 from hi5_common.domain import tallies
 from hi5_common.domain.labels import ImageLabel
-from hi5_common.domain.manifest import ManifestObject, ManifestShard
+from hi5_common.domain.manifest import ManifestObject, ManifestShard, MissingImage, RedrawnImage
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import ShardStatus
 from hi5_common.domain.spec import DatasetSpec, ImageFormat
@@ -47,17 +47,22 @@ class Finding:
 
 @dataclass(frozen=True)
 class AuditReport:
-    """The whole dataset's findings; `unpublished` images are still to come, which is no fault."""
+    """The whole dataset's findings; `unpublished` images are still to come, which is no fault.
+
+    gaps are images that could not be made, as their shards' rows say; they are not to come.
+    """
 
     images: int
     published: int
     objects: int
     size_bytes: int
     findings: tuple[Finding, ...]
+    gaps: tuple[MissingImage, ...] = ()
+    redrawn: tuple[RedrawnImage, ...] = ()
 
     @property
     def unpublished(self) -> int:
-        return self.images - self.published
+        return self.images - self.published - len(self.gaps)
 
     def count(self, fault: Fault) -> int:
         return sum(finding.fault is fault for finding in self.findings)
@@ -81,7 +86,9 @@ def audit(
     objects = [item for shard in done for item in shard.objects]
     yield AuditReport(
         images=spec.count,
-        published=sum(shard.stop - shard.start for shard in done),
+        published=sum(len(_indices(shard)) for shard in done),
+        gaps=tuple(gap for shard in done for gap in shard.gaps),
+        redrawn=tuple(one for shard in done for one in shard.redrawn),
         objects=len(objects),
         size_bytes=sum(item.size_bytes for item in objects),
         findings=tuple(findings),
@@ -165,9 +172,7 @@ def _name_findings(spec: DatasetSpec, shard: ManifestShard, files: ShardFiles) -
     """Check that the tar holds one image and one label for each index, and nothing else."""
     extension = "png" if spec.image.format is ImageFormat.PNG else "jpg"
     expected = {
-        f"{index:09d}.{suffix}"
-        for index in range(shard.start, shard.stop)
-        for suffix in (extension, "json")
+        f"{index:09d}.{suffix}" for index in _indices(shard) for suffix in (extension, "json")
     }
     found = Counter(member.name for member in files.members())
     for name in sorted(expected | found.keys()):
@@ -176,6 +181,12 @@ def _name_findings(spec: DatasetSpec, shard: ManifestShard, files: ShardFiles) -
         elif found[name] != 1:
             fault = Fault.DOUBLE if found[name] else Fault.MISSING
             yield Finding(fault, shard.number, name, f"{found[name]} times in the tar")
+
+
+def _indices(shard: ManifestShard) -> list[int]:
+    """Return the images that a shard says it has: all of its range but its gaps."""
+    gaps = {gap.index for gap in shard.gaps}
+    return [index for index in range(shard.start, shard.stop) if index not in gaps]
 
 
 def _member_findings(shard: ManifestShard, files: ShardFiles) -> Iterator[Finding]:
@@ -196,16 +207,17 @@ def _label_findings(
 ) -> Iterator[Finding]:
     """Check that the table has each index once with the attributes that the plan gives it."""
     counts = Counter(label.index for label in labels)
-    for index in range(shard.start, shard.stop):
+    for index in _indices(shard):
         if counts[index] != 1:
             fault = Fault.DOUBLE if counts[index] else Fault.MISSING
             yield Finding(fault, shard.number, f"label {index}", f"{counts[index]} in the table")
     cells = dict(
         zip(range(shard.start, shard.stop), plan.cells(shard.start, shard.stop), strict=True)
     )
+    known = frozenset(_indices(shard))
     for label in labels:
         cell = cells.get(label.index)
-        if cell is None:
+        if cell is None or label.index not in known:
             yield Finding(Fault.UNEXPECTED, shard.number, f"label {label.index}", "not planned")
         elif label.attributes != cell.as_dict():
             yield Finding(

@@ -55,7 +55,9 @@ def get(parts: Parts, dataset_id: UUID) -> Dataset:
 def cancel(parts: Parts, dataset_id: UUID) -> Dataset:
     """Ask for no more images. Idempotent; raises DatasetNotFound, ApiError 409 when complete."""
     with parts.database.transaction() as session:
-        _refuse_if(datasets.get(session, dataset_id), DatasetStatus.COMPLETE, "is complete")
+        dataset = datasets.get(session, dataset_id)
+        for status in (DatasetStatus.COMPLETE, DatasetStatus.COMPLETE_WITH_GAPS):
+            _refuse_if(dataset, status, "is complete")
         return datasets.request_cancel(session, dataset_id)
 
 

@@ -37,14 +37,27 @@ def find_image(parts: Parts, dataset_id: UUID, index: int) -> Found:
     for suffix, media_type in MEDIA_TYPES.items():
         if member := members.get(f"{index:09d}{suffix}"):
             return Found(publication, member, media_type)
-    raise LookupError(f"image {index} is not in {publication.members.key}")
+    raise _not_there(publication, index)
 
 
 def find_label(parts: Parts, dataset_id: UUID, index: int) -> Found:
     """Locate the label of image `index`; raises as find_image does."""
     publication = _publication(parts, dataset_id, index)
-    member = parts.members.of(publication)[f"{index:09d}{LABEL_SUFFIX}"]
+    member = parts.members.of(publication).get(f"{index:09d}{LABEL_SUFFIX}")
+    if member is None:
+        raise _not_there(publication, index)
     return Found(publication, member, "application/json")
+
+
+def _not_there(publication: Publication, index: int) -> Exception:
+    """Return the 404 of a gap, or the error of a shard that lacks what it ought to have."""
+    for gap in publication.gaps:
+        if gap.index == index:
+            detail = f"Image {index} could not be made and was left out: it {gap.reason[:500]}."
+            remedy = "Take another image: the dataset is complete without this one."
+            problem = Problem("index", index, remedy)
+            return ApiError(404, "image-missing", "Image missing", [problem], detail)
+    return LookupError(f"image {index} is not in {publication.members.key}")
 
 
 def _publication(parts: Parts, dataset_id: UUID, index: int) -> Publication:

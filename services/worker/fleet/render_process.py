@@ -11,7 +11,7 @@ import signal
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
@@ -28,7 +28,10 @@ _LOG_TAIL_BYTES = 2000
 
 @dataclass(frozen=True)
 class RenderJob:
-    """What a child is told on its standard input, as one line of JSON."""
+    """What a child is told on its standard input, as one line of JSON.
+
+    draws: which draw of its cell an image is; one that is not named is the first, 0.
+    """
 
     spec: dict[str, Any]
     indices: tuple[int, ...]
@@ -40,6 +43,7 @@ class RenderJob:
     device: str = "cpu"
     calibration: str | None = None
     fault: str | None = None
+    draws: dict[int, int] = field(default_factory=dict)
 
     @classmethod
     def of(

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from hi5_common.domain.records import Gap, Redraw
 from hi5_common.domain.retry import FailureKind
 from services.worker.fleet import child_events
 from services.worker.fleet.attempt_errors import AttemptFailed, DrainRequested
@@ -16,6 +17,9 @@ from services.worker.fleet.render_process import ChildGone, RenderJob, RenderPro
 log = logging.getLogger(__name__)
 
 TRIES_PER_IMAGE = 3
+"""Of the first draw of an image's cell. A later draw has one."""
+DRAWS = 3
+"""After so many draws of its cell an image is a gap."""
 TICK_S = 0.25
 
 
@@ -57,6 +61,8 @@ class ShardRender:
     draining: Callable[[], bool]
     done: dict[int, RenderedImage] = field(default_factory=dict)
     tries: dict[int, int] = field(default_factory=dict)
+    draws: dict[int, Redraw] = field(default_factory=dict)
+    gaps: dict[int, Gap] = field(default_factory=dict)
     failed_starts: int = 0
     seconds_spent: float = 0.0
     drain_since_s: float | None = None
@@ -64,21 +70,28 @@ class ShardRender:
     def run(self) -> list[RenderedImage]:
         """Render every image of the job; return them in order of their index.
 
-        A crash or a hang costs the image in flight. Raises AttemptFailed when an image has
-        failed TRIES_PER_IMAGE times, when that many images failed and none succeeded, or when
-        that many children would not even start.
+        A crash or a hang costs the image in flight. An image that failed TRIES_PER_IMAGE times is
+        replaced by the next draw of its cell (`draws`), and is a gap when DRAWS have failed
+        (`gaps`). Raises AttemptFailed when every image is a gap, when TRIES_PER_IMAGE images failed
+        and none succeeded, or when that many children would not even start.
         """
         while remaining := self._remaining():
             self._run_child(remaining)
+        if not self.done and self.gaps:
+            first = self.gaps[min(self.gaps)]
+            raise AttemptFailed(FailureKind.IMAGE, f"image {first.index} {first.reason}")
         return [self.done[index] for index in sorted(self.done)]
 
     def _remaining(self) -> tuple[int, ...]:
         # What failed comes last: its last try is then alone in a fresh child.
-        left = (index for index in self.job.indices if index not in self.done)
+        settled = self.done.keys() | self.gaps.keys()
+        left = (index for index in self.job.indices if index not in settled)
         return tuple(sorted(left, key=lambda index: self.tries.get(index, 0)))
 
     def _run_child(self, indices: tuple[int, ...]) -> None:
-        child = RenderProcess(replace(self.job, indices=indices), self.folder, self.command)
+        draws = {index: self.draws[index].draw for index in indices if index in self.draws}
+        job = replace(self.job, indices=indices, draws=draws)
+        child = RenderProcess(job, self.folder, self.command)
         log.info("render child started", extra={"action": "child_start", "pid": child.pid})
         try:
             _Supervision(self, child, list(indices)).watch()
@@ -105,18 +118,32 @@ class ShardRender:
             self.blame(event.index, "the files are not what the child reported")
 
     def blame(self, index: int, reason: str) -> None:
-        """Count a try of an image that came to nothing; give up after the last one."""
+        """Count a try of an image that came to nothing; after the last one draw it again.
+
+        The next child is told of the draw: this one goes on with what it has.
+        """
         self.tries[index] = self.tries.get(index, 0) + 1
         log.warning(
             "image failed",
             extra={"action": "image_failed", "index": index, "try": self.tries[index]},
         )
-        if self.tries[index] >= TRIES_PER_IMAGE:
-            message = f"image {index} failed {TRIES_PER_IMAGE} times: {reason}"
-            raise AttemptFailed(FailureKind.IMAGE, message)
+        draw = self.draws[index].draw if index in self.draws else 0
+        if draw > 0 or self.tries[index] >= TRIES_PER_IMAGE:
+            self._replace(index, draw + 1, reason)
         if not self.done and len(self.tries) >= TRIES_PER_IMAGE:
             message = f"images {sorted(self.tries)} failed here and none succeeded: {reason}"
             raise AttemptFailed(FailureKind.WORKER, message)
+
+    def _replace(self, index: int, draw: int, reason: str) -> None:
+        """Give an image its next draw, or give it up."""
+        told = f"failed {self.tries[index]} times: {reason}"
+        if draw >= DRAWS:
+            self.gaps[index] = Gap(index, told)
+            self.draws.pop(index, None)
+        else:
+            self.draws[index] = Redraw(index, draw, told)
+        action = "image_given_up" if index in self.gaps else "image_redrawn"
+        log.warning("image replaced", extra={"action": action, "index": index, "draw": draw})
 
     def blame_start(self, reason: str) -> None:
         """Count a child that ended before it was ready."""

@@ -4,7 +4,7 @@ import logging
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from uuid import UUID
@@ -106,8 +106,13 @@ class ShardRunner:
         with self.database.snapshot() as session:
             spec = datasets.spec(session, shard.dataset_id)
         with attempt_folder(self.settings.scratch_dir) as folder:
-            packed = pack(self._render(shard, spec, lease, folder).run(), folder, spec.balanced())
-            publication = self._upload(shard, packed, lease)
+            render = self._render(shard, spec, lease, folder)
+            packed = pack(render.run(), folder, spec.balanced())
+            publication = replace(
+                self._upload(shard, packed, lease),
+                gaps=tuple(render.gaps[index] for index in sorted(render.gaps)),
+                redraws=tuple(render.draws[index] for index in sorted(render.draws)),
+            )
         return self._settle(
             Outcome.PUBLISHED, lambda s: shards.finish(s, *self._proof(shard), publication)
         )

@@ -41,6 +41,7 @@ def provenance(scene: HandScene, making: Making) -> dict[str, Any]:
         "stance": asdict(scene.stance),
         "view": asdict(scene.view),
         "view_attempt": scene.view_attempt,
+        "draw": scene.draw,
         "hand_to_world_m": scene.hand_to_world.tolist(),
         "light": asdict(scene.light),
         "place": _place(scene.light.environment),

@@ -1,7 +1,7 @@
 """From a cell of the plan to a resolved scene: every free factor drawn by its own key."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
 
@@ -47,6 +47,28 @@ class NoViewFound(PermanentError):
     """No view of a scene shows enough of the hand."""
 
 
+@dataclass(frozen=True)
+class Take:
+    """Draw number `draw` of image `index`: the same cell, and everything else drawn anew.
+
+    Later draws are for images whose draws before could not be made.
+    """
+
+    index: int
+    draw: int = 0
+
+    @classmethod
+    def of(cls, take: "Take | int") -> "Take":
+        """Return a take; a number alone is an image's first."""
+        return take if isinstance(take, Take) else cls(take)
+
+    def seed(self, seed: int) -> int:
+        """Return what a dataset's seed is replaced by for this draw: itself for the first."""
+        if self.draw == 0:
+            return seed
+        return int(factor_rng(seed, self.index, "draw", self.draw).integers(2**63))
+
+
 class Prepare(Protocol):
     """Is told of a view as soon as it is drawn: the light may have to be waited for."""
 
@@ -55,15 +77,21 @@ class Prepare(Protocol):
 
 
 def sample_scene(
-    spec: DatasetSpec, plan: Cells, index: int, hands: HandLibrary, prepare: Prepare | None = None
+    spec: DatasetSpec,
+    plan: Cells,
+    take: Take | int,
+    hands: HandLibrary,
+    prepare: Prepare | None = None,
 ) -> HandScene:
-    """Resolve image `index` of a spec: a pure function of (spec, seed, index).
+    """Resolve an image of a spec: a pure function of (spec, seed, index, draw).
 
     A view that will not do (see `view.py`) is drawn again inside the same cell, so counts stay
     exact. Raises NoViewFound after MAX_VIEW_ATTEMPTS.
     """
+    take = Take.of(take)
+    index, seed = take.index, take.seed(spec.seed)
     cell = plan.cell(index)
-    rng_of = partial(factor_rng, spec.seed, index)
+    rng_of = partial(factor_rng, seed, index)
     shape = draw_shape(cell, rng_of("shape"))
     hand = hands.hand(cell.gender, cell.handedness, shape)
     posture = draw_posture(cell, shape, hand.model, rng_of)
@@ -71,7 +99,9 @@ def sample_scene(
     worn = draw_ornaments(cell, rng_of)
     viewed = ViewedHand.of(hand, posed, ornaments_on(worn, hand, posed))
     for attempt in range(MAX_VIEW_ATTEMPTS):
-        stance, view, placed, camera = _draw_attempt(spec, cell, index, attempt, viewed)
+        stance, view, placed, camera = _draw_attempt(
+            spec, cell, partial(rng_of, attempt=attempt), viewed
+        )
         if view_will_do(camera, viewed.placed(placed), stance):
             break
     else:
@@ -95,7 +125,8 @@ def sample_scene(
         light=light,
         skin=skin,
         view_attempt=attempt,
-        render_seed=render_seed(spec.seed, index),
+        render_seed=render_seed(seed, index),
+        draw=take.draw,
         worn=worn,
         look=draw_camera_look(rng_of("camera_look"), light.exposure_ev),
     )
@@ -114,17 +145,16 @@ def hand_to_world(stance: Stance, cell: Cell) -> Array:
 
 
 def _draw_attempt(
-    spec: DatasetSpec, cell: Cell, index: int, attempt: int, viewed: ViewedHand
+    spec: DatasetSpec, cell: Cell, rng_of: FactorRng, viewed: ViewedHand
 ) -> tuple[Stance, PolarView, Array, Camera]:
-    stance = draw_stance(factor_rng(spec.seed, index, "stance", attempt))
+    stance = draw_stance(rng_of("stance"))
     placed = hand_to_world(stance, cell)
     hand_m = viewed.hand_m
     middle_m = (hand_m.min(axis=0) + hand_m.max(axis=0)) / 2.0
     radius_m = float(np.linalg.norm(hand_m - middle_m, axis=1).max())
-    lens_rng = factor_rng(spec.seed, index, "lens", attempt)
-    lens, distance_m = draw_lens(cell.viewpoint, spec.image, radius_m, viewed.shares, lens_rng)
-    view_rng = factor_rng(spec.seed, index, "view", attempt)
-    view = draw_view(cell.viewpoint, lens, radius_m, distance_m, view_rng)
+    shares, lens_rng = viewed.shares, rng_of("lens")
+    lens, distance_m = draw_lens(cell.viewpoint, spec.image, radius_m, shares, lens_rng)
+    view = draw_view(cell.viewpoint, lens, radius_m, distance_m, rng_of("view"))
     target_m = transformed(placed, middle_m[None])[0]
     return stance, view, placed, camera_at(view, target_m, lens)
 

@@ -164,6 +164,8 @@ class PolarView:
 class HandScene:
     """One image's scene. `view_attempt` counts the views that were rejected before this one.
 
+    draw: which draw of its cell it is; 0 but for images that replace one that could not be made.
+
     phase is the moment (0..1 of a period) of a pose that is a motion, None for one that is not.
     hand_to_world (4, 4) takes the posed hand's elbow frame to the world, metres.
     """
@@ -184,6 +186,7 @@ class HandScene:
     render_seed: int
     worn: Worn = BARE
     look: CameraLook = PLAIN_LOOK
+    draw: int = 0
 
 
 @dataclass(frozen=True, eq=False)

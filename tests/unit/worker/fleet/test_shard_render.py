@@ -63,12 +63,26 @@ def test_a_child_that_lies_about_its_files_is_not_believed(tmp_path: Path) -> No
     assert render.tries == {0: 1}
 
 
-def test_an_image_that_always_crashes_fails_with_its_index(tmp_path: Path) -> None:
+def test_an_image_that_always_crashes_is_a_gap_and_the_rest_goes_through(tmp_path: Path) -> None:
     render = Attempt(tmp_path, ("crash_always", "3")).render()
-    with pytest.raises(AttemptFailed, match=r"image 3 failed 3 times: killed by SIGSEGV") as caught:
-        render.run()
+    assert [image.index for image in render.run()] == [0, 1, 2, 4]
+    assert list(render.gaps) == [3]
+    assert render.gaps[3].reason.startswith("failed 5 times: killed by SIGSEGV")
+    assert render.draws == {}
+
+
+def test_an_image_that_fails_thrice_is_drawn_again(tmp_path: Path) -> None:
+    render = Attempt(tmp_path, ("crash_first_draw", "3")).render()
+    assert contents(render.run()) == WHOLE
+    assert render.gaps == {}
+    assert (render.draws[3].draw, render.tries) == (1, {3: 3})
+    assert render.draws[3].reason.startswith("failed 3 times: killed by SIGSEGV")
+
+
+def test_a_shard_of_gaps_alone_fails_with_the_first_one(tmp_path: Path) -> None:
+    with pytest.raises(AttemptFailed, match=r"image 0 failed 5 times: killed by SIGSEGV") as caught:
+        Attempt(tmp_path, ("crash_always", "0"), images=1).render().run()
     assert caught.value.kind is FailureKind.IMAGE
-    assert sorted(render.done) == [0, 1, 2, 4]
 
 
 def test_a_machine_where_nothing_succeeds_is_to_blame_itself(tmp_path: Path) -> None:
