@@ -4,12 +4,19 @@ A reader that follows it knows every published object by key, size and SHA-256. 
 shard number: `next` is the address of the following page, or None on the last.
 """
 
-from dataclasses import asdict
 from datetime import datetime
 from uuid import UUID
 
 from hi5_common.domain import keys
-from hi5_common.domain.records import Dataset, DatasetStatus, Publication, Shard, ShardStatus
+from hi5_common.domain.records import (
+    Dataset,
+    DatasetStatus,
+    Gap,
+    Publication,
+    Redraw,
+    Shard,
+    ShardStatus,
+)
 from hi5_common.domain.spec import DatasetSpec, StrictModel
 
 OBJECT_NAMES = (keys.SAMPLES, keys.LABELS, keys.MEMBERS)
@@ -23,21 +30,6 @@ class ManifestObject(StrictModel):
     key: str
     size_bytes: int
     sha256: str
-
-
-class MissingImage(StrictModel):
-    """An image that no draw of its cell could be made of, and why."""
-
-    index: int
-    reason: str
-
-
-class RedrawnImage(StrictModel):
-    """An image that is a later draw of its cell (0 is the first), and why not the one before."""
-
-    index: int
-    draw: int
-    reason: str
 
 
 class ManifestShard(StrictModel):
@@ -55,8 +47,8 @@ class ManifestShard(StrictModel):
     failure_reason: str | None
     objects: tuple[ManifestObject, ...]
     tallies: dict[str, int]
-    gaps: tuple[MissingImage, ...] = ()
-    redrawn: tuple[RedrawnImage, ...] = ()
+    gaps: tuple[Gap, ...] = ()
+    redrawn: tuple[Redraw, ...] = ()
 
 
 class Progress(StrictModel):
@@ -109,10 +101,8 @@ def manifest_shard(shard: Shard) -> ManifestShard:
         failure_reason=shard.failure_reason,
         objects=manifest_objects(publication) if publication else (),
         tallies=dict(publication.tallies.values) if publication else {},
-        gaps=tuple(MissingImage(**asdict(gap)) for gap in publication.gaps) if publication else (),
-        redrawn=tuple(RedrawnImage(**asdict(one)) for one in publication.redraws)
-        if publication
-        else (),
+        gaps=publication.gaps if publication else (),
+        redrawn=publication.redraws if publication else (),
     )
 
 

@@ -42,6 +42,7 @@ class Observed:
     """What delivered images are. Grows shard by shard; a hundred bytes an image."""
 
     def __init__(self, spec: DatasetSpec) -> None:
+        self.spec = spec
         self.indices = array("q")
         self._values = {name: list(spec.values_of(name)) for name in Attribute}
         self._numbers = {

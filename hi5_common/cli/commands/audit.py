@@ -23,6 +23,7 @@ from hi5_common.cli.options import (
     dataset_id,
 )
 from hi5_common.domain.plan import Plan
+from hi5_common.domain.spec import DatasetSpec
 
 if TYPE_CHECKING:
     from hi5_common.cli.fetch.observing import Observing
@@ -58,11 +59,10 @@ def audit(
         _need_what_it_writes_with(pixels)
         out.mkdir(parents=True, exist_ok=True)
     with open_source(dataset_id(dataset), url, data_dir, direct=direct) as source:
-        plan = Plan.of(source.spec())
-        observing = _observing(plan, pixels) if out is not None else None
+        observing = None if out is None else _observing(source.spec(), pixels)
         report = run(source, observing)
     if out is not None and observing is not None:
-        _write(out, str(dataset), report, observing.observed, plan)
+        _write(out, str(dataset), report, observing.observed)
     if as_json:
         console.write_json(report_json(report))
     else:
@@ -106,20 +106,20 @@ def _need_what_it_writes_with(pixels: bool) -> None:
         need_pixels()
 
 
-def _observing(plan: Plan, pixels: bool) -> "Observing":
+def _observing(spec: DatasetSpec, pixels: bool) -> "Observing":
     from hi5_common.cli.fetch.observing import Observing
     from hi5_common.fairness.observed import Observed
 
-    return Observing(Observed(plan.spec), pixels)
+    return Observing(Observed(spec), pixels)
 
 
-def _write(out: Path, dataset: str, report: AuditReport, observed: "Observed", plan: Plan) -> None:
+def _write(out: Path, dataset: str, report: AuditReport, observed: "Observed") -> None:
     from hi5_common.fairness.page import html
     from hi5_common.fairness.report import fairness
 
-    found = fairness(observed, plan)
+    found = fairness(observed, Plan.of(observed.spec))
     (out / "audit.json").write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
-    page = html(found, plan.spec.name or dataset, tuple(summary(report)))
+    page = html(found, observed.spec.name or dataset, tuple(summary(report)))
     (out / "audit.html").write_text(page, encoding="utf-8")
     for one in found.statements:
         console.err.print(escape(f"{one.verdict.value}: {one.text}"))
@@ -137,8 +137,8 @@ def report_json(report: AuditReport) -> dict[str, Json]:
         "unpublished": report.unpublished,
         "objects": report.objects,
         "bytes": report.size_bytes,
-        "gaps": [gap.model_dump(mode="json") for gap in report.gaps],
-        "redrawn": [one.model_dump(mode="json") for one in report.redrawn],
+        "gaps": [asdict(gap) for gap in report.gaps],
+        "redrawn": [asdict(one) for one in report.redrawn],
         **{fault.value: report.count(fault) for fault in Fault},
         "findings": findings,
     }

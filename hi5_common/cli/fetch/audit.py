@@ -17,9 +17,9 @@ from hi5_common.cli.fetch.shard_files import ShardFiles
 from hi5_common.cli.fetch.source import DatasetSource, ObjectGone, TransferBroken
 from hi5_common.domain import tallies
 from hi5_common.domain.labels import ImageLabel
-from hi5_common.domain.manifest import ManifestObject, ManifestShard, MissingImage, RedrawnImage
+from hi5_common.domain.manifest import ManifestObject, ManifestShard
 from hi5_common.domain.plan import Plan
-from hi5_common.domain.records import ShardStatus
+from hi5_common.domain.records import Gap, Redraw, ShardStatus
 from hi5_common.domain.spec import DatasetSpec, ImageFormat
 from hi5_common.export.label_table import NotALabelTable, read_label_table
 
@@ -57,8 +57,8 @@ class AuditReport:
     objects: int
     size_bytes: int
     findings: tuple[Finding, ...]
-    gaps: tuple[MissingImage, ...] = ()
-    redrawn: tuple[RedrawnImage, ...] = ()
+    gaps: tuple[Gap, ...] = ()
+    redrawn: tuple[Redraw, ...] = ()
 
     @property
     def unpublished(self) -> int:
@@ -127,9 +127,10 @@ def _shard_findings(
         if findings:
             return findings  # what is inside wrong bytes says nothing more
         try:
-            findings = list(_content_findings(spec, plan, shard, files))
+            labels = list(read_label_table(files.labels))
+            findings = list(_content_findings(spec, plan, shard, files, labels))
             if observing is not None:
-                observing.add(files, list(read_label_table(files.labels)))
+                observing.add(files, labels)
         except (tarfile.TarError, NotALabelTable, ValueError, TypeError, KeyError) as error:
             findings.append(Finding(Fault.WRONG_BYTES, shard.number, "content", str(error)))
         return findings
@@ -156,11 +157,14 @@ def _fetch(source: DatasetSource, shard: ManifestShard, item: ManifestObject, ta
 
 
 def _content_findings(
-    spec: DatasetSpec, plan: Plan, shard: ManifestShard, files: ShardFiles
+    spec: DatasetSpec,
+    plan: Plan,
+    shard: ManifestShard,
+    files: ShardFiles,
+    labels: Sequence[ImageLabel],
 ) -> Iterator[Finding]:
     yield from _name_findings(spec, shard, files)
     yield from _member_findings(shard, files)
-    labels = list(read_label_table(files.labels))
     yield from _label_findings(plan, shard, labels)
     yield from _json_findings(shard, files, labels)
     recount = tallies.tally((label.attributes for label in labels), ()).values
