@@ -16,6 +16,7 @@ from hi5_common.domain.records import (
     Redraw,
     Shard,
     ShardStatus,
+    without_gaps,
 )
 from hi5_common.domain.spec import DatasetSpec, StrictModel
 
@@ -49,6 +50,10 @@ class ManifestShard(StrictModel):
     tallies: dict[str, int]
     gaps: tuple[Gap, ...] = ()
     redrawn: tuple[Redraw, ...] = ()
+
+    def images(self) -> list[int]:
+        """Return the images of a done shard."""
+        return without_gaps(self.start, self.stop, self.gaps)
 
 
 class Progress(StrictModel):

@@ -1,5 +1,6 @@
 """The rows of the service as frozen values: what the database returns and everybody else reads."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
@@ -67,6 +68,12 @@ class Redraw:
     reason: str
 
 
+def without_gaps(start: int, stop: int, gaps: Iterable[Gap]) -> list[int]:
+    """Return the images of a published range [start, stop): all but its gaps."""
+    missing = {gap.index for gap in gaps}
+    return [index for index in range(start, stop) if index not in missing]
+
+
 @dataclass(frozen=True)
 class Publication:
     """What a finished attempt made of a shard: image_count images, the gaps missing."""
@@ -96,6 +103,12 @@ class Shard:
     lease_until: datetime | None
     failure_reason: str | None
     publication: Publication | None
+
+    def images(self) -> list[int]:
+        """Return the images that are published."""
+        if self.publication is None:
+            return []
+        return without_gaps(self.start, self.stop, self.publication.gaps)
 
 
 @dataclass(frozen=True)

@@ -85,6 +85,16 @@ def test_a_complete_dataset_offers_neither_cancel_nor_retry(world: World) -> Non
     assert "data-post" not in page(world, dataset_id)
 
 
+def test_gaps_are_told_and_no_picture_is_asked_for_where_there_is_none(world: World) -> None:
+    dataset_id = world.submit(count=4)
+    world.deliver(2)
+    html = page(world, dataset_id)
+    assert shown_images(html) == [0, 1, 3]
+    assert "complete with gaps" in html
+    assert "1 could not be made" in html
+    assert "data-post" not in html
+
+
 def test_balance_bars_show_requested_planned_and_delivered(world: World) -> None:
     dataset_id = world.submit(attributes={"gender": {"male": 9, "female": 3}})
     html = page(world, dataset_id)

@@ -28,6 +28,7 @@ def test_submit_stores_shards_and_rings_for_each(world: World) -> None:
         "count": 12,
         "done": 0,
         "in_progress": 0,
+        "missing": 0,
         "shards": {"pending": 3, "leased": 0, "done": 0, "failed": 0, "cancelled": 0},
     }
     assert world.rung(3)

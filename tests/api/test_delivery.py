@@ -131,6 +131,22 @@ def test_what_is_not_delivered_says_which_shard_and_how_far(world: World, part: 
     assert "/retry" in failed["remedy"]
 
 
+@pytest.mark.parametrize("part", ["images/2", "images/2/labels"])
+def test_a_gap_says_why_it_is_missing_and_the_manifest_names_it(world: World, part: str) -> None:
+    dataset_id = world.submit(count=4)
+    world.deliver(2)
+    answer = world.client.get(f"/v1/datasets/{dataset_id}/{part}")
+    assert answer.status_code == 404
+    assert "<it broke>" in answer.json()["detail"]
+    assert problem(answer)["value"] == 2
+    manifest = world.client.get(f"/v1/datasets/{dataset_id}/manifest").json()
+    assert manifest["status"] == "complete_with_gaps"
+    assert (manifest["progress"]["done"], manifest["progress"]["missing"]) == (3, 1)
+    gap = {"index": 2, "reason": "failed 5 times: <it broke>"}
+    assert manifest["shards"][0]["gaps"] == [gap]
+    assert world.client.post(f"/v1/datasets/{dataset_id}/cancel").status_code == 409
+
+
 def test_an_index_outside_the_dataset_is_named(world: World) -> None:
     answer = world.client.get(f"/v1/datasets/{world.submit()}/images/12")
     assert answer.status_code == 404

@@ -4,7 +4,7 @@ import hashlib
 import io
 import json
 import tarfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +22,14 @@ from hi5_common.db.engine import open_database
 from hi5_common.domain import keys, tallies
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.plan import Plan
-from hi5_common.domain.records import Publication, Shard, ShardStatus, StoredObject
+from hi5_common.domain.records import (
+    Gap,
+    Publication,
+    Shard,
+    ShardStatus,
+    StoredObject,
+    without_gaps,
+)
 from hi5_common.domain.retry import FailureKind
 from hi5_common.queue.memory import MemoryDoorbell
 from hi5_common.settings import Settings
@@ -71,12 +78,12 @@ class World:
         assert shard is not None
         return shard
 
-    def deliver(self) -> Shard:
-        """Render (after a fashion) and publish the oldest pending shard."""
+    def deliver(self, *gaps: int) -> Shard:
+        """Render (after a fashion) and publish the oldest pending shard, but for some images."""
         shard = self.claim()
         with self.parts.database.snapshot() as session:
             plan = Plan.of(datasets.spec(session, shard.dataset_id))
-        publication = publish(self.store, shard, plan)
+        publication = publish(self.store, shard, plan, gaps)
         with self.parts.database.transaction() as session:
             shards.finish(session, shard.id, shard.attempt, OWNER, publication)
         return shard
@@ -102,9 +109,12 @@ def label_of(plan: Plan, index: int) -> ImageLabel:
     return factories.label(index, file_name=file_name, attributes=plan.cell(index).as_dict())
 
 
-def publish(store: LocalFolder, shard: Shard, plan: Plan) -> Publication:
+def publish(
+    store: LocalFolder, shard: Shard, plan: Plan, missing: Sequence[int] = ()
+) -> Publication:
     """Put the three files of a shard where an attempt would put them."""
-    labels = [label_of(plan, index) for index in range(shard.start, shard.stop)]
+    gaps = tuple(Gap(index, "failed 5 times: <it broke>") for index in missing)
+    labels = [label_of(plan, index) for index in without_gaps(shard.start, shard.stop, gaps)]
     tar, members = _tar({
         name: data
         for label in labels
@@ -119,7 +129,7 @@ def publish(store: LocalFolder, shard: Shard, plan: Plan) -> Publication:
         for name, data in ((keys.SAMPLES, tar), (keys.LABELS, b"PAR1"), (keys.MEMBERS, members))
     ]
     counted = tallies.tally((label.attributes for label in labels), plan.crossed)
-    return Publication(stored[0], stored[1], stored[2], len(labels), counted)
+    return Publication(stored[0], stored[1], stored[2], len(labels), counted, gaps)
 
 
 def _tar(files: Mapping[str, bytes]) -> tuple[bytes, bytes]:

@@ -86,7 +86,7 @@ def audit(
     objects = [item for shard in done for item in shard.objects]
     yield AuditReport(
         images=spec.count,
-        published=sum(len(_indices(shard)) for shard in done),
+        published=sum(len(shard.images()) for shard in done),
         gaps=tuple(gap for shard in done for gap in shard.gaps),
         redrawn=tuple(one for shard in done for one in shard.redrawn),
         objects=len(objects),
@@ -176,7 +176,7 @@ def _name_findings(spec: DatasetSpec, shard: ManifestShard, files: ShardFiles) -
     """Check that the tar holds one image and one label for each index, and nothing else."""
     extension = "png" if spec.image.format is ImageFormat.PNG else "jpg"
     expected = {
-        f"{index:09d}.{suffix}" for index in _indices(shard) for suffix in (extension, "json")
+        f"{index:09d}.{suffix}" for index in shard.images() for suffix in (extension, "json")
     }
     found = Counter(member.name for member in files.members())
     for name in sorted(expected | found.keys()):
@@ -185,12 +185,6 @@ def _name_findings(spec: DatasetSpec, shard: ManifestShard, files: ShardFiles) -
         elif found[name] != 1:
             fault = Fault.DOUBLE if found[name] else Fault.MISSING
             yield Finding(fault, shard.number, name, f"{found[name]} times in the tar")
-
-
-def _indices(shard: ManifestShard) -> list[int]:
-    """Return the images that a shard says it has: all of its range but its gaps."""
-    gaps = {gap.index for gap in shard.gaps}
-    return [index for index in range(shard.start, shard.stop) if index not in gaps]
 
 
 def _member_findings(shard: ManifestShard, files: ShardFiles) -> Iterator[Finding]:
@@ -211,14 +205,14 @@ def _label_findings(
 ) -> Iterator[Finding]:
     """Check that the table has each index once with the attributes that the plan gives it."""
     counts = Counter(label.index for label in labels)
-    for index in _indices(shard):
+    for index in shard.images():
         if counts[index] != 1:
             fault = Fault.DOUBLE if counts[index] else Fault.MISSING
             yield Finding(fault, shard.number, f"label {index}", f"{counts[index]} in the table")
     cells = dict(
         zip(range(shard.start, shard.stop), plan.cells(shard.start, shard.stop), strict=True)
     )
-    known = frozenset(_indices(shard))
+    known = frozenset(shard.images())
     for label in labels:
         cell = cells.get(label.index)
         if cell is None or label.index not in known:

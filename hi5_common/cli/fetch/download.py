@@ -86,7 +86,7 @@ def fetch_readable(
 
 def downloaded(shards: Sequence[ManifestShard]) -> Downloaded:
     """Add up shards that lie in the folder."""
-    images = sum(shard.stop - shard.start for shard in shards)
+    images = sum(len(shard.images()) for shard in shards)
     return Downloaded(shards=len(shards), images=images, size_bytes=size_of(shards))
 
 

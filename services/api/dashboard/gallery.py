@@ -45,7 +45,7 @@ def gallery(parts: Parts, dataset_id: UUID, plan: Plan, first_index: int) -> Gal
                 status=ShardStatus.DONE,
             )
             for shard in done:
-                found.extend(range(max(shard.start, first_index), shard.stop)[:wanted])
+                found += [index for index in shard.images() if index >= first_index][:wanted]
             if len(done) < wanted:
                 break
             after = done[-1].number
