@@ -81,7 +81,7 @@ def require_complete(service: Service, dataset: DatasetLine) -> None:
 
 def _gaps_in_words(service: Service, dataset: DatasetLine) -> str:
     gaps = [gap for shard in service.shards(dataset.id) for gap in shard.gaps]
-    named = "; ".join(f"{gap.index} ({gap.reason[:200]})" for gap in gaps[:NAMED_GAPS])
+    named = "; ".join(map(str, gaps[:NAMED_GAPS]))
     more = f"; and {len(gaps) - NAMED_GAPS} more" if len(gaps) > NAMED_GAPS else ""
     return (
         f"Dataset {dataset.id} is complete but for {len(gaps)} of {dataset.progress.count} images "

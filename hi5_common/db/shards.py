@@ -302,9 +302,4 @@ def _explain_refusal(
 
 def _what_is_missing(publication: Publication) -> str | None:
     """Return the gaps and redraws of a publication in words; None without any."""
-    words = [f"image {gap.index} is missing: {gap.reason}" for gap in publication.gaps]
-    words += [
-        f"image {one.index} is draw {one.draw} of its cell: {one.reason}"
-        for one in publication.redraws
-    ]
-    return "; ".join(words) or None
+    return "; ".join(map(str, (*publication.gaps, *publication.redraws))) or None

@@ -58,6 +58,10 @@ class Gap:
     index: int
     reason: str
 
+    def __str__(self) -> str:
+        """Say it in a line; `reason` may go on with a log."""
+        return f"image {self.index} is missing: {_first_line(self.reason)}"
+
 
 @dataclass(frozen=True)
 class Redraw:
@@ -66,6 +70,14 @@ class Redraw:
     index: int
     draw: int
     reason: str
+
+    def __str__(self) -> str:
+        """Say it in a line; `reason` may go on with a log."""
+        return f"image {self.index} is draw {self.draw} of its cell: {_first_line(self.reason)}"
+
+
+def _first_line(reason: str) -> str:
+    return reason.split("; log:", maxsplit=1)[0].split("\n", maxsplit=1)[0]
 
 
 def without_gaps(start: int, stop: int, gaps: Iterable[Gap]) -> list[int]:

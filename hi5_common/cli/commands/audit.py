@@ -91,11 +91,7 @@ def summary(report: AuditReport) -> list[str]:
         f"shard {finding.shard}: {finding.fault}: {finding.subject}: {finding.detail}"
         for finding in report.findings[:SHOWN]
     ]
-    lines += [f"image {gap.index} is missing: {gap.reason}" for gap in report.gaps[:SHOWN]]
-    return lines + [
-        f"image {one.index} is draw {one.draw} of its cell: {one.reason}"
-        for one in report.redrawn[:SHOWN]
-    ]
+    return [*lines, *map(str, report.gaps[:SHOWN]), *map(str, report.redrawn[:SHOWN])]
 
 
 def _need_what_it_writes_with(pixels: bool) -> None:
