@@ -15,7 +15,7 @@ from services.worker.scene.exposure import Seen, colour_on_hand, light_on_hand, 
 from services.worker.scene.geometry import transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.poses import solved_angles
-from services.worker.scene.sampling import hand_to_world, sample_scene
+from services.worker.scene.sampling import WHITE_LEVEL, hand_to_world, sample_scene
 from services.worker.scene.types import (
     Array,
     Camera,
@@ -32,7 +32,6 @@ MARGIN = 1.12
 """The picture is this much larger than what is looked at."""
 SIDE_DEG = 30.0
 """Light from the camera models no form."""
-WHITE_LEVEL = 0.72
 ADAPTED = 0.75
 """Share of the light's cast that the camera takes out: the middle of what it draws elsewhere."""
 

@@ -1,7 +1,8 @@
 """How bright the light is on the side of the hand that is seen: what the exposure is set by.
 
 A panorama's mean light says little about it: a hand against the sun gets a tenth of it, a hand in
-the sun four times as much, and then dark skin is drawn lighter than light skin.
+the sun four times as much, and then dark skin is drawn lighter than light skin. The light is
+metered, not the skin: whoever the hand belongs to, the exposure is the same.
 """
 
 import math
@@ -17,9 +18,6 @@ from services.worker.scene.types import Array, Camera, Rgb
 from services.worker.scene.view import camera_position
 
 MAX_LOW_LIGHT_EV = 1.5
-SKIN_SHARE_OF_METER = 0.6
-METERED_ALBEDO = 0.25
-"""Luminance of the skin at which the exposure goes by the light alone; skins are 0.04 to 0.45."""
 PATCH_PX = 32
 """Side of the blocks of panorama that count as one distant lamp each."""
 METERED_PX = 1024
@@ -104,17 +102,6 @@ def low_light_ev(luminance: float) -> float:
         return 0.0
     further = math.log2(LOW_BELOW / max(luminance, 1e-9))
     return min(0.5 + 0.5 * further, MAX_LOW_LIGHT_EV)
-
-
-def skin_lift_ev(dorsum_rgb: Rgb) -> float:
-    """Return the stops that a camera adds for dark skin and takes off for light skin.
-
-    A camera meters what its sensor gets, not the light. A centre-weighted meter gives the middle of
-    the picture 60 % of the weight, and the hand fills it: so much of what the skin is darker than
-    METERED_ALBEDO is made up for. Darker skin stays darker in the picture.
-    """
-    albedo = float(np.dot(dorsum_rgb, LUMINANCE))
-    return SKIN_SHARE_OF_METER * math.log2(METERED_ALBEDO / albedo)
 
 
 def light_on_hand(environment: str, rotation_z_deg: float, seen: Seen) -> float:

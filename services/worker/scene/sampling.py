@@ -16,7 +16,7 @@ from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
 from services.worker.hand.skin import posed_hand
 from services.worker.ornaments.draw import FactorRng, draw_nail_polish, draw_ornaments
 from services.worker.scene.camera_look import draw_camera_look
-from services.worker.scene.exposure import Seen, colour_on_hand, metered_light, skin_lift_ev
+from services.worker.scene.exposure import Seen, colour_on_hand, metered_light
 from services.worker.scene.geometry import ornaments_on, transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.posture import draw_posture
@@ -37,8 +37,9 @@ from services.worker.scene.white_balance import draw_adaptation, white_balance_o
 MAX_VIEW_ATTEMPTS = 1000
 EXPOSURE_SPREAD_EV = 0.35
 MAX_EXPOSURE_SPREAD_EV = 0.7
-WHITE_LEVEL = 0.65
-"""Linear display level of what is metered, which is the seen side of the hand painted white."""
+WHITE_LEVEL = 1.0
+"""Linear display level of what is metered, which is the seen side of the hand painted white: white,
+so that skin is shown as light as it is."""
 EXPOSURE_DECIMALS = 4
 """Coarser than what processors disagree about in a sum, finer than a step of 8 bits."""
 
@@ -110,7 +111,7 @@ def sample_scene(
         prepare(cell.gender, camera, transformed(placed, posed.keypoints_m))
     seen = Seen(camera, transformed(placed, posed.vertices_m), hand.model.hand_quads())
     skin = _draw_skin(cell, shape.age_years, rng_of)
-    light = _draw_light(cell.environment, seen, skin, rng_of)
+    light = _draw_light(cell.environment, seen, rng_of)
     return HandScene(
         index=index,
         cell=cell,
@@ -165,11 +166,10 @@ def _draw_skin(cell: Cell, age_years: float, rng_of: FactorRng) -> Skin:
     return replace(skin, nail_polish=polish)
 
 
-def _draw_light(environment: str, seen: Seen, skin: Skin, rng_of: FactorRng) -> Light:
+def _draw_light(environment: str, seen: Seen, rng_of: FactorRng) -> Light:
     rng = rng_of("light")
     turn_deg = float(rng.uniform(0.0, 360.0))
     base_ev = math.log2(WHITE_LEVEL / metered_light(environment, turn_deg, seen))
-    base_ev += skin_lift_ev(skin.dorsum_rgb)
     most = MAX_EXPOSURE_SPREAD_EV
     spread_ev = float(np.clip(rng.normal(0.0, EXPOSURE_SPREAD_EV), -most, most))
     adapted = draw_adaptation(rng_of("white_balance"))

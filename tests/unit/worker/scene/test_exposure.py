@@ -10,9 +10,9 @@ import pytest
 from hi5_common.domain.environments import HDRI_IDS
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import parse_spec
+from hi5_common.domain.vocabulary import SkinTone
 from services.worker.compose.background import render_background
 from services.worker.hand.skin import posed_hand
-from services.worker.scene.colour import lab_to_linear_rgb
 from services.worker.scene.environments import LUMINANCE, load_panorama, mean_luminance
 from services.worker.scene.exposure import (
     Seen,
@@ -20,12 +20,10 @@ from services.worker.scene.exposure import (
     lamps_of,
     light_on_hand,
     metered_light,
-    skin_lift_ev,
 )
 from services.worker.scene.geometry import transformed
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.sampling import MAX_EXPOSURE_SPREAD_EV, WHITE_LEVEL, sample_scene
-from services.worker.scene.skin import dorsum_lab
 from services.worker.scene.types import Array, Camera, Intrinsics
 
 LENS = Intrinsics(100.0, 100.0, 50.0, 50.0, 100, 100)
@@ -81,7 +79,7 @@ def test_the_seen_side_of_every_hand_is_lit_alike(tmp_path: Path) -> None:
         seen = Seen(scene.camera, vertices_m, model.hand_quads())
         light = scene.light
         level = light_on_hand(light.environment, light.rotation_z_deg, seen)
-        levels.append(level * 2.0 ** (light.exposure_ev - skin_lift_ev(scene.skin.dorsum_rgb)))
+        levels.append(level * 2.0**light.exposure_ev)
     # In full light up to the spread above and below; against the light as much as halfway less.
     most = 2.0**MAX_EXPOSURE_SPREAD_EV
     assert 1.1 * WHITE_LEVEL < max(levels) < 1.01 * most * WHITE_LEVEL
@@ -89,15 +87,15 @@ def test_the_seen_side_of_every_hand_is_lit_alike(tmp_path: Path) -> None:
     assert np.median(levels) == pytest.approx(WHITE_LEVEL, rel=0.3)
 
 
-def test_a_camera_lifts_dark_skin_and_keeps_the_order_of_tones() -> None:
-    tones = [lab_to_linear_rgb(dorsum_lab(ita_deg)) for ita_deg in (-80, -30, 10, 28, 41, 55)]
-    lifts = [skin_lift_ev(rgb) for rgb in tones]
-    assert lifts == sorted(lifts, reverse=True)
-    assert lifts[0] > 0.4
-    assert lifts[-1] < 0.0
-    pairs = zip(tones, lifts, strict=True)
-    shown = [float(np.dot(rgb, LUMINANCE)) * 2.0**ev for rgb, ev in pairs]
-    assert shown == sorted(shown)
+def test_every_skin_tone_is_exposed_alike(tmp_path: Path) -> None:
+    tones = [str(tone) for tone in SkinTone]
+    hands, lights = HandLibrary(tmp_path), []
+    for tone in tones:
+        spec = parse_spec({"count": 4, "seed": 5, "attributes": {"skin_tone": [tone]}})
+        plan = Plan.of(spec)
+        lights.append([sample_scene(spec, plan, index, hands).light for index in range(4)])
+    assert all(light == lights[0] for light in lights)
+    assert len({light.exposure_ev for light in lights[0]}) == 4
 
 
 def test_against_the_light_a_hand_is_lifted_halfway() -> None:
