@@ -12,7 +12,8 @@ from itertools import combinations, product
 from hi5_common.domain.demands import are_tied
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Tallies
-from hi5_common.domain.spec import DatasetSpec, StrictModel
+from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.strict import StrictModel
 from hi5_common.domain.tallies import pair_key, value_key
 from hi5_common.domain.vocabulary import Attribute
 

@@ -18,7 +18,8 @@ from hi5_common.domain.records import (
     ShardStatus,
     without_gaps,
 )
-from hi5_common.domain.spec import DatasetSpec, StrictModel
+from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.strict import StrictModel
 
 OBJECT_NAMES = (keys.SAMPLES, keys.LABELS, keys.MEMBERS)
 """The files of a published shard, in the order of `ManifestShard.objects`."""

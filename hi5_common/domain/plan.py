@@ -8,16 +8,17 @@ import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, Protocol, Self
 
 import numpy as np
 
-from hi5_common.domain.demands import bundles, strand_of
-from hi5_common.domain.planning.order import Order, order_of
-from hi5_common.domain.planning.sizes import joint_extremes, pair_sizes, value_sizes
+from hi5_common.domain import splits, twins
+from hi5_common.domain.ordering import numbered, value_counts
+from hi5_common.domain.planning.joined import Interleaved, Renumbered, Twinned
+from hi5_common.domain.planning.order import Order
+from hi5_common.domain.planning.sizes import joint_extremes, pair_sizes
 from hi5_common.domain.planning.strand import Ints
-from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.sharding import ShardRange, images_per_shard, shard_ranges
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.vocabulary import (
@@ -34,8 +35,6 @@ from hi5_common.domain.vocabulary import (
 )
 
 ALGORITHM = "woven-1"
-PLANNED_BY = {"seed", "count", "attributes", "combinations"}
-"""The fields of a spec that an order depends on."""
 CHUNK = 1 << 14
 
 
@@ -120,13 +119,12 @@ class Plan:
     @classmethod
     def of(cls, spec: DatasetSpec) -> Self:
         """Plan a spec. The same spec gives the same plan everywhere."""
-        crossed = spec.balanced()
-        values = {attribute: _values(spec, attribute) for attribute in Attribute}
-        order = _order(spec.model_dump_json(include=PLANNED_BY))
-        counts = {name: value_sizes(order, place) for place, name in enumerate(crossed)}
-        whole = np.array([spec.count], np.int64)
-        levels = {name: Level(values[name], counts.get(name, whole)) for name in Attribute}
-        return cls(spec, levels, crossed, order)
+        found = numbered(spec)
+        levels = {
+            name: Level(found.values[name], value_counts(found, name, spec.count))
+            for name in Attribute
+        }
+        return cls(spec, levels, found.crossed, found.order)
 
     @property
     def count(self) -> int:
@@ -158,6 +156,25 @@ class Plan:
                 for (place, words), number in zip(columns, row, strict=True):
                     fields[place] = words[number]
                 yield Cell(*fields)
+
+    def split_of(self, index: int) -> str | None:
+        """Return the split that image `index` belongs to; None if the dataset is not split."""
+        if self.spec.splits is None:
+            return None
+        order = self.order.order if isinstance(self.order, Twinned) else self.order
+        order = order.order if isinstance(order, Renumbered) else order
+        if not isinstance(order, Interleaved):
+            raise TypeError("the order of a dataset that is split is interleaved")
+        scene = np.array([index // self.spec.images_per_scene], dtype=np.int64)
+        return self.spec.splits.names[int(order.places(scene)[0][0])]
+
+    def split_counts(self) -> dict[str, int]:
+        """Return the number of images of each split; nothing if the dataset is not split."""
+        if self.spec.splits is None:
+            return {}
+        scenes = twins.scenes_of(self.spec) if self.spec.twins else self.spec
+        each = self.spec.images_per_scene
+        return {name: each * part.count for name, part in splits.parts(scenes).items()}
 
     def render_order(self, start: int, stop: int) -> tuple[int, ...]:
         """Return images start..stop-1 in the order that loads least: one place after another, in
@@ -222,21 +239,3 @@ _ENUMERATIONS: dict[Attribute, type[StrEnum]] = {
     Attribute.NAIL_POLISH: NailPolish,
     Attribute.SLEEVE: Sleeve,
 }
-
-
-@lru_cache(maxsize=16)
-def _order(planned_by: str) -> Order:
-    spec = DatasetSpec.model_validate_json(planned_by)
-    values = {attribute: _values(spec, attribute) for attribute in Attribute}
-    strands = [strand_of(spec, name, values[name]) for name in spec.balanced()]
-    tied = bundles(spec, values, factor_rng(spec.seed, 0, "plan/combinations"))
-    return order_of(strands, spec.count, factor_rng(spec.seed, 0, "plan/order"), tied)
-
-
-def _values(spec: DatasetSpec, attribute: Attribute) -> tuple[str, ...]:
-    """Return the values asked for; where shares are equal the seed decides who is first."""
-    asked = spec.values_of(attribute)
-    if spec.counts_of(attribute) is not None:
-        return asked
-    rng = factor_rng(spec.seed, 0, f"plan/{attribute.value}")
-    return tuple(asked[i] for i in rng.permutation(len(asked)))

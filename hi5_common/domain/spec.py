@@ -1,6 +1,7 @@
 """The dataset spec: what a researcher asks for. One model for the API, the CLI and Python."""
 
 import json
+import math
 from collections.abc import Hashable, Mapping
 from enum import StrEnum
 from pathlib import Path
@@ -8,12 +9,14 @@ from typing import Self
 
 import pydantic
 import yaml
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from hi5_common.domain import demands, spec_errors
+from hi5_common.domain import demands, growth, spec_errors, splits, twins
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.shares import whole_shares
 from hi5_common.domain.spec_errors import ProblemsFound
+from hi5_common.domain.splits import Splits
+from hi5_common.domain.strict import StrictModel, Weights
 from hi5_common.domain.values import in_order, may_be, spelled
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, DEFAULTS, Attribute
 
@@ -24,18 +27,6 @@ MAX_COMBINATIONS = 100
 
 QUALITY_WAYS = ("quality", "max_error", "seconds_per_image")
 """The fields of `render` that say how many samples an image gets."""
-
-
-class StrictModel(BaseModel):
-    """A frozen model that refuses fields it does not know."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Weights(StrictModel):
-    """Shares of the images in any unit: counts are the whole numbers nearest to them."""
-
-    weights: dict[str, float]
 
 
 Request = list[str] | dict[str, int] | Weights | None
@@ -195,6 +186,9 @@ class DatasetSpec(StrictModel):
     count: int = Field(ge=1, le=MAX_COUNT, strict=True)
     attributes: AttributeRequests = AttributeRequests()
     combinations: list[Combination] = Field(default=[], max_length=MAX_COMBINATIONS)
+    twins: list[Attribute] = Field(default=[], max_length=len(twins.TWINNED))
+    splits: Splits | None = None
+    extends: "DatasetSpec | None" = None
     image: ImageRequest = ImageRequest()
     render: RenderRequest = RenderRequest()
     labels: list[LabelKind] = Field(default=list(LabelKind), min_length=1)
@@ -209,6 +203,10 @@ class DatasetSpec(StrictModel):
                 attribute, _named(self.attributes[attribute]), self.count
             )
         ]
+        if not problems:
+            problems += twins.problems(self)
+        if not problems:
+            problems += growth.problems(self) + splits.problems(self)
         if not problems and self.combinations:
             problems += demands.problems(self)
         problems += spec_errors.repeated("labels", [kind.value for kind in self.labels])
@@ -243,6 +241,15 @@ class DatasetSpec(StrictModel):
             for attribute in Attribute
             if attribute in ALWAYS_BALANCED or len(self.values_of(attribute)) > 1
         )
+
+    def twinned(self) -> tuple[Attribute, ...]:
+        """Return what twins differ in, in planning order."""
+        return tuple(attribute for attribute in Attribute if attribute in self.twins)
+
+    @property
+    def images_per_scene(self) -> int:
+        """Return how many images show the same scene: more than one of twins."""
+        return math.prod(len(self.values_of(attribute)) for attribute in self.twins)
 
     def canonical_json(self) -> str:
         """Return the spec as JSON with sorted keys: the same spec always gives the same text."""

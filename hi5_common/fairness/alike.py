@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from hi5_common.domain.spec import StrictModel
+from hi5_common.domain.strict import StrictModel
 
 NEAR = 4
 """Bits of 64 in which the hashes of nearly identical images differ at most."""

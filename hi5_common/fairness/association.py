@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import chdtrc, gammaincc
 
 from hi5_common.domain.seeding import factor_rng
-from hi5_common.domain.spec import StrictModel
+from hi5_common.domain.strict import StrictModel
 from hi5_common.fairness.observed import I8
 
 FEWEST_A_CELL = 5.0

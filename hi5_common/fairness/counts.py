@@ -7,7 +7,7 @@ import numpy as np
 from hi5_common.domain.balance import Balance, balance_of
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Tallies
-from hi5_common.domain.spec import StrictModel
+from hi5_common.domain.strict import StrictModel
 from hi5_common.domain.tallies import pair_key, value_key
 from hi5_common.domain.vocabulary import Attribute
 from hi5_common.fairness.observed import I8, Observed

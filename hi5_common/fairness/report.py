@@ -4,7 +4,8 @@ from itertools import combinations
 
 from hi5_common.domain.balance import Balance
 from hi5_common.domain.plan import Plan
-from hi5_common.domain.spec import DatasetSpec, StrictModel
+from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.strict import StrictModel
 from hi5_common.domain.vocabulary import Attribute
 from hi5_common.fairness.alike import Alike, alike
 from hi5_common.fairness.association import Association, Column, association

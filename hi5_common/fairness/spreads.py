@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hi5_common.domain.spec import StrictModel
+from hi5_common.domain.strict import StrictModel
 from hi5_common.domain.vocabulary import Attribute
 from hi5_common.fairness.observed import F8, Measure, Observed
 

@@ -8,7 +8,7 @@ angles lie.) Light and exposure are part of it: a dark hand in the sun may look 
 import numpy as np
 from scipy.stats import spearmanr
 
-from hi5_common.domain.spec import StrictModel
+from hi5_common.domain.strict import StrictModel
 from hi5_common.domain.vocabulary import SKIN_TONE_ITA_DEG, Attribute, skin_tone_ita_deg
 from hi5_common.fairness.observed import F8, Observed
 

@@ -12,7 +12,7 @@ from enum import StrEnum
 from hi5_common.domain.balance import Balance
 from hi5_common.domain.demands import are_tied
 from hi5_common.domain.plan import Plan
-from hi5_common.domain.spec import StrictModel
+from hi5_common.domain.strict import StrictModel
 from hi5_common.domain.vocabulary import ORNAMENTS, Attribute
 from hi5_common.fairness.alike import Alike
 from hi5_common.fairness.association import Association

@@ -85,10 +85,13 @@ class Pairs:
         return np.asarray(met - np.outer(met.sum(axis=1), met.sum(axis=0)) / len(table))
 
 
-def mended(table: Table, sizes: Sequence[int], tied: Sequence[tuple[int, ...]] = ()) -> Table:
+def mended(
+    table: Table, sizes: Sequence[int], tied: Sequence[tuple[int, ...]] = (), kept: int = 0
+) -> Table:
     """Return a table (images, strands) whose pairs are fair, or as nearly as was found.
 
-    tied: strands that change places together; pairs among them are as they must be.
+    tied: strands that change places together; pairs among them are as they must be. The first
+    `kept` images stay as they are: running counts are those of the images after them.
     """
     single = set(range(len(sizes))) - {place for places in tied for place in places}
     units = [*((place,) for place in sorted(single)), *tied]
@@ -96,14 +99,15 @@ def mended(table: Table, sizes: Sequence[int], tied: Sequence[tuple[int, ...]] =
     if pairs.worst() < FAIR - _TINY:
         return whole
     columns = range(len(sizes))
+    start = max(kept, len(table) - WINDOW)
     work = _Work(
-        whole[-WINDOW:],
+        whole[start:],
         pairs,
         {k: unit for unit in units for k in unit},
-        np.arange(len(table))[-WINDOW:] + 1,
-        [np.bincount(table[:-WINDOW, k], minlength=sizes[k]) for k in columns],
-        [np.bincount(table[:, k], minlength=sizes[k]) / len(table) for k in columns],
-        _codes(table[-WINDOW:]),
+        np.arange(start, len(table)) - kept + 1,
+        [np.bincount(table[kept:start, k], minlength=sizes[k]) for k in columns],
+        [np.bincount(table[kept:, k], minlength=sizes[k]) / (len(table) - kept) for k in columns],
+        _codes(table[start:]),
     )
     for work.new_only, limit, work.tries in (
         (True, FAIR - _TINY, TRIES_AT_ONE),

@@ -21,8 +21,16 @@ WOVEN = 1 << 20
 """Images that are woven, at most; where there are more, at least half as many."""
 
 
+@dataclass(frozen=True, eq=False)
+class Box:
+    """Every combination of some value numbers (n,) of each strand, `times` times each."""
+
+    values: tuple[Ints, ...]
+    times: int
+
+
 class Order(Protocol):
-    """Value numbers of every image: of tables, and of periods of all combinations."""
+    """Value numbers of every image: of tables, and of boxes, of which no two overlap."""
 
     @property
     def sizes(self) -> tuple[int, ...]:
@@ -35,8 +43,13 @@ class Order(Protocol):
         ...
 
     @property
-    def periods(self) -> int:
-        """Return how often all combinations of values come beside the tables."""
+    def boxes(self) -> tuple[Box, ...]:
+        """Return the combinations of values that come beside the tables."""
+        ...
+
+    @property
+    def stray(self) -> float:
+        """Return by how many images a running count of a value may be off its share."""
         ...
 
     def rows(self, indices: Ints) -> Table:
@@ -62,6 +75,19 @@ def order_of(
     return _repeated(strands, count, rng, bundles)
 
 
+def grown(earlier: Table, strands: Sequence[Strand], rng: np.random.Generator) -> Order:
+    """Return an order that begins with `earlier` (images, strands) and goes on with the strands.
+
+    strands: what comes after, with counts. Pairs are woven and mended as even over all images as
+    they would be without a beginning that is given.
+    """
+    sizes = tuple(strand.size for strand in strands)
+    later = weave(strands, int(_counts(strands[0], 0).sum()), rng, (), earlier)
+    table = mended(np.concatenate([earlier, later]), sizes, kept=len(earlier))
+    table.flags.writeable = False
+    return Periodic(table, sizes, 0)
+
+
 def _woven(
     strands: Sequence[Strand], count: int, rng: np.random.Generator, bundles: Sequence[Bundle]
 ) -> Table:
@@ -84,10 +110,16 @@ class Periodic:
     head: Table
     sizes: tuple[int, ...]
     periods: int
+    stray: float = 2.0
 
     @property
     def tables(self) -> tuple[tuple[Table, int], ...]:
         return ((self.head, 1),)
+
+    @property
+    def boxes(self) -> tuple[Box, ...]:
+        whole = tuple(np.arange(size) for size in self.sizes)
+        return (Box(whole, self.periods),) if self.periods else ()
 
     def rows(self, indices: Ints) -> Table:
         start = len(self.head)
@@ -111,14 +143,12 @@ class Repeated:
     repeats: int
     extra: Table
     sizes: tuple[int, ...]
+    boxes: tuple[Box, ...] = ()
+    stray: float = 4.0
 
     @property
     def tables(self) -> tuple[tuple[Table, int], ...]:
         return ((self.base, self.repeats), (self.extra, 1))
-
-    @property
-    def periods(self) -> int:
-        return 0
 
     def rows(self, indices: Ints) -> Table:
         extras = len(self.extra)

@@ -4,16 +4,18 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
-from hi5_common.domain.planning.order import Order
+from hi5_common.domain.planning.order import Box, Order
 from hi5_common.domain.planning.strand import Ints, Table
 
 
 def value_sizes(order: Order, place: int) -> Ints:
     """Return the number of images (n,) of each value number of a strand."""
     size = order.sizes[place]
-    periods = order.periods * math.prod(order.sizes) // size
-    sizes = np.full(size, periods, dtype=np.int64)
+    sizes = np.zeros(size, dtype=np.int64)
+    for box in order.boxes:
+        sizes[box.values[place]] += _times(box, [place])
     for table, times in order.tables:
         sizes += times * np.bincount(table[:, place], minlength=size)
     return sizes
@@ -22,23 +24,57 @@ def value_sizes(order: Order, place: int) -> Ints:
 def pair_sizes(order: Order, a: int, b: int) -> Ints:
     """Return the number of images (n_a, n_b) of each pair of value numbers of two strands."""
     shape = order.sizes[a], order.sizes[b]
-    periods = order.periods * math.prod(order.sizes) // math.prod(shape)
-    sizes = np.full(math.prod(shape), periods, dtype=np.int64)
+    sizes = np.zeros(shape, dtype=np.int64)
+    for box in order.boxes:
+        sizes[np.ix_(box.values[a], box.values[b])] += _times(box, [a, b])
     for table, times in order.tables:
         code = table[:, a].astype(np.intp) * shape[1] + table[:, b]
-        sizes += times * np.bincount(code, minlength=sizes.size)
-    return sizes.reshape(shape)
+        sizes += times * np.bincount(code, minlength=sizes.size).reshape(shape)
+    return sizes
 
 
 def joint_extremes(order: Order) -> tuple[int, int]:
     """Return the smallest and the largest number of images of any combination of value numbers."""
     rows = np.concatenate([table for table, _ in order.tables])
     times = np.repeat([n for _, n in order.tables], [len(table) for table, _ in order.tables])
-    _, cell = np.unique(_codes(rows, order.sizes), return_inverse=True)
+    _, first, cell = np.unique(_codes(rows, order.sizes), return_index=True, return_inverse=True)
     sizes = np.bincount(cell, weights=times).astype(np.int64)
+    cells = rows[first]
     asked = math.prod(int(np.count_nonzero(value_sizes(order, k))) for k in range(len(order.sizes)))
-    least = 0 if len(sizes) < asked else int(sizes.min())
-    return least + order.periods, int(sizes.max(initial=0)) + order.periods
+    extremes, left = list[tuple[int, int]](), np.ones(len(cells), dtype=np.bool_)
+    for box in order.boxes:
+        inside = _inside(box, cells)
+        volume = math.prod(map(len, box.values))
+        extremes.append(_extremes(sizes[inside], volume, box.times))
+        left &= ~inside
+        asked -= volume
+    extremes.append(_extremes(sizes[left], asked, 0))
+    lows, highs = zip(*(pair for pair in extremes if pair[1]), strict=True)
+    return min(lows), max(highs)
+
+
+def _extremes(sizes: Ints, volume: int, more: int) -> tuple[int, int]:
+    """Return the extremes among `volume` combinations, of which some have `sizes` images (k,) and
+    all have `more` beside; nothing of nothing.
+    """
+    if not volume:
+        return 0, 0
+    least = int(sizes.min()) if len(sizes) == volume else 0
+    return least + more, int(sizes.max(initial=0)) + more
+
+
+def _times(box: Box, places: Sequence[int]) -> int:
+    """Return how often a box has each combination of values of some strands."""
+    return box.times * math.prod(len(v) for k, v in enumerate(box.values) if k not in places)
+
+
+def _inside(box: Box, cells: Table) -> npt.NDArray[np.bool_]:
+    """Tell of combinations (k, strands) which are in a box."""
+    columns = zip(cells.T, box.values, strict=True)
+    inside = np.ones(len(cells), dtype=np.bool_)
+    for column, values in columns:
+        inside &= np.isin(column, values)
+    return inside
 
 
 def _codes(rows: Table, sizes: Sequence[int]) -> Ints:

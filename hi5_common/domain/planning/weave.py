@@ -38,22 +38,41 @@ _TIES = 1e-6
 class Context:
     """What is laid already: codes (images,), and how many values codes have in common (n, n).
 
-    Codes of one attribute, which have nothing in common, need no kin.
+    Codes of one attribute, which have nothing in common, need no kin. Of images that were there
+    before: columns of codes (earlier images,) and what each code has of a column (n,).
     """
 
     codes: npt.NDArray[np.intp]
     kin: Floats | None = None
+    earlier: tuple[tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]], ...] = ()
+
+    @property
+    def size(self) -> int:
+        """Return how many codes there are."""
+        if self.kin is not None:
+            return len(self.kin)
+        columns = (self.codes, *(column for column, _ in self.earlier))
+        return max(int(column.max(initial=0)) for column in columns) + 1
 
     @property
     def likeness(self) -> Floats:
         """Return kin, of one attribute too."""
-        return np.eye(int(self.codes.max(initial=0)) + 1) if self.kin is None else self.kin
+        return np.eye(self.size) if self.kin is None else self.kin
 
 
 def weave(
-    strands: Sequence[Strand], count: int, rng: np.random.Generator, bundles: Sequence[Bundle] = ()
+    strands: Sequence[Strand],
+    count: int,
+    rng: np.random.Generator,
+    bundles: Sequence[Bundle] = (),
+    earlier: Table | None = None,
 ) -> Table:
-    """Return the values of `count` images (count, strands); those of bundles are laid as one."""
+    """Return the values of `count` images (count, strands); those of bundles are laid as one.
+
+    earlier (images, strands) was there before: pairs and joint cells are woven on from it.
+    """
+    if earlier is None:
+        earlier = np.zeros((0, len(strands)), dtype=np.uint16)
     table = np.zeros((count, len(strands)), dtype=np.uint16)
     tied = {place for bundle in bundles for place in bundle.places}
     first, combinations = _cycle(strands, tied, rng)
@@ -62,15 +81,24 @@ def weave(
         turns = np.arange(count) % len(combinations)
         table[:, first] = combinations[turns]
         same = (combinations[:, None, :] == combinations[None, :, :]).sum(axis=2)
-        laid.append(Context(turns, same.astype(np.float64)))
+        columns = earlier[:, first].astype(np.intp).T
+        before = tuple(zip(columns, combinations.T.astype(np.intp), strict=True))
+        laid.append(Context(turns, same.astype(np.float64), before))
     for bundle in bundles:
         table[:, bundle.places] = bundle.laid(
             [(context.codes, context.likeness) for context in laid]
         )
-        laid += [Context(table[:, place].astype(np.intp)) for place in bundle.places]
+        laid += [_alone(table, earlier, place) for place in bundle.places]
         first += bundle.places
-    _lay(table, strands, first, laid, rng)
+    _lay(table, strands, first, laid, rng, earlier)
     return table
+
+
+def _alone(table: Table, earlier: Table, place: int) -> Context:
+    """Return one strand as a context."""
+    codes, before = table[:, place].astype(np.intp), earlier[:, place].astype(np.intp)
+    size = max(int(codes.max(initial=0)), int(before.max(initial=0))) + 1
+    return Context(codes, None, ((before, np.arange(size)),))
 
 
 def _cycle(
@@ -93,7 +121,7 @@ def _cycle(
         length = math.prod(strand.size for strand in chosen)
         for _ in range(CYCLE_TRIES):
             table = np.zeros((length, len(chosen)), dtype=np.uint16)
-            _lay(table, chosen, [], [], rng)
+            _lay(table, chosen, [], [], rng, table[:0])
             if len(np.unique(table, axis=0)) == length:
                 return first, table
         first.pop()
@@ -106,6 +134,7 @@ def _lay(
     first: Sequence[int],
     laid: list[Context],
     rng: np.random.Generator,
+    earlier: Table,
 ) -> None:
     """Lay all strands but the first, the smallest of them first."""
     done = list(first)
@@ -114,19 +143,36 @@ def _lay(
         strand = strands[place]
         if strand.size == 1:
             continue
-        tallies = [_Tally(context, strand) for context in laid]
-        joint = _joint(table[:, done], [strands[p].size for p in done], strand.size)
-        if joint is not None:
-            tallies.append(_Tally(Context(joint), strand, JOINT_WEIGHT))
-        table[:, place] = _laid(strand, tallies, len(table), rng)
-        laid.append(Context(table[:, place].astype(np.intp)))
+        before = earlier[:, place].astype(np.intp)
+        shares = _shares(strand, before, len(table))
+        tallies = [_Tally(context, shares, before) for context in laid]
+        sizes = [strands[p].size for p in done]
+        if sizes and math.prod((*sizes, strand.size)) <= JOINT_CELLS:
+            joint = _joint(table[:, done], earlier[:, done], sizes)
+            tallies.append(_Tally(joint, shares, before, JOINT_WEIGHT))
+        even = strand.equal and float(np.ptp(shares)) < _TIES
+        table[:, place] = _laid(strand, tallies, len(table), rng, even=even)
+        laid.append(_alone(table, earlier, place))
         done.append(place)
 
 
-def _joint(table: Table, sizes: Sequence[int], more: int) -> npt.NDArray[np.intp] | None:
-    """Return a number for each image's combination so far, or None if there are too many."""
-    if not sizes or math.prod((*sizes, more)) > JOINT_CELLS:
-        return None
+def _shares(strand: Strand, before: npt.NDArray[np.intp], count: int) -> Floats:
+    """Return the share (n,) of each value of a strand of all images, those before counted."""
+    if not len(before):
+        return strand.shares
+    came = np.bincount(before, minlength=strand.size)
+    return np.asarray((came + strand.shares * count) / (len(before) + count))
+
+
+def _joint(table: Table, earlier: Table, sizes: Sequence[int]) -> Context:
+    """Return combinations of the strands that are laid, as a context."""
+    codes = _combined(table, sizes)
+    before = _combined(earlier, sizes)
+    return Context(codes, None, ((before, np.arange(math.prod(sizes))),))
+
+
+def _combined(table: Table, sizes: Sequence[int]) -> npt.NDArray[np.intp]:
+    """Return a number for each image's combination."""
     code = np.zeros(len(table), dtype=np.intp)
     for column, size in zip(table.T, sizes, strict=True):
         code = code * size + column
@@ -139,13 +185,23 @@ class _Tally:
     A meeting counts `weight`.
     """
 
-    def __init__(self, context: Context, strand: Strand, weight: float = 1.0) -> None:
+    def __init__(
+        self,
+        context: Context,
+        shares: Floats,
+        earlier: npt.NDArray[np.intp],
+        weight: float = 1.0,
+    ) -> None:
         kin = context.kin
-        codes = int(context.codes.max(initial=0)) + 1 if kin is None else len(kin)
-        self._codes, self._strand, self._weight = context.codes, strand, weight
+        self._codes, self._shares, self._weight = context.codes, shares, weight
         self._kin = None if kin is None else weight * kin
-        self._met = np.zeros((codes, strand.size))
-        self._seen = np.zeros(codes)
+        self._met = np.zeros((context.size, len(shares)))
+        self._seen = np.zeros(context.size)
+        for column, of_codes in context.earlier if len(earlier) else ():
+            met = np.zeros((int(max(column.max(), of_codes.max())) + 1, len(shares)))
+            np.add.at(met, (column, earlier), weight)
+            self._met += met[of_codes][: context.size]
+            self._seen += met.sum(axis=1)[of_codes][: context.size]
 
     def add_costs(self, costs: Floats, start: int, slots: Ints | None) -> None:
         """Add (rows, slots) how far a slot's value is ahead of its share at each image.
@@ -162,7 +218,7 @@ class _Tally:
             np.add.at(self._seen, codes, self._weight)
         else:
             self._seen += self._kin[codes].sum(axis=0)
-        costs += met[:, slots] - self._seen[codes][:, None] * self._strand.shares[slots]
+        costs += met[:, slots] - self._seen[codes][:, None] * self._shares[slots]
 
     def take(self, start: int, values: Ints, *, distinct: bool) -> None:
         """Count what images from `start` on were given (rows,)."""
@@ -176,13 +232,23 @@ class _Tally:
             np.add.at(met, where, more)
 
 
-def _laid(strand: Strand, tallies: Sequence[_Tally], count: int, rng: np.random.Generator) -> Ints:
-    """Return the values (count,) of a strand, laid beside those that are laid already."""
+def _laid(
+    strand: Strand,
+    tallies: Sequence[_Tally],
+    count: int,
+    rng: np.random.Generator,
+    *,
+    even: bool,
+) -> Ints:
+    """Return the values (count,) of a strand, laid beside those that are laid already.
+
+    even: the shares of all its values are the same.
+    """
     values, frame = strand.values(count), strand.frame
     ties = _TIES * rng.random((frame, frame))
     for start in range(0, count, frame):
         rows = min(frame, count - start)
-        slots = None if strand.equal else values[start : start + rows]
+        slots = None if even else values[start : start + rows]
         costs = ties[:rows].copy() if slots is None else ties[:rows, :rows].copy()
         for tally in tallies:
             tally.add_costs(costs, start, slots)

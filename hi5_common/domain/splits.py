@@ -1,0 +1,316 @@
+"""Splits that do not leak: which values of what a dataset is split by belong to which split.
+
+Every split is planned on its own, as a dataset of its own, and their images are interleaved.
+"""
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import pydantic
+
+from hi5_common.domain import spec_errors
+from hi5_common.domain.errors import Problem
+from hi5_common.domain.seeding import factor_rng
+from hi5_common.domain.shares import whole_shares
+from hi5_common.domain.strict import StrictModel, Weights
+from hi5_common.domain.vocabulary import Attribute
+
+if TYPE_CHECKING:
+    from hi5_common.domain.spec import DatasetSpec
+
+MAX_SPLITS = 10
+
+
+class SplitBy(StrEnum):
+    """What no two splits have in common.
+
+    environment: no place is in two. pose: no pose is, nor any that a hand is on its way to.
+    identity: no hand is, which holds of any two images: each has a hand of its own.
+    """
+
+    ENVIRONMENT = "environment"
+    POSE = "pose"
+    IDENTITY = "identity"
+
+
+class Splits(StrictModel):
+    """How a dataset is split: by what, and how many images each split has: counts or weights."""
+
+    by: SplitBy
+    images: dict[str, int] | Weights
+
+    @pydantic.field_validator("images", mode="before")
+    @classmethod
+    def _check(cls, asked: object) -> object:
+        weights = asked.get("weights") if isinstance(asked, dict) else None
+        shares = weights if isinstance(weights, dict) else asked
+        if not isinstance(shares, dict):
+            return asked
+        problems = [
+            Problem(f"splits.images.{name}", n, "Give a number above 0.")
+            for name, n in shares.items()
+            if isinstance(n, bool) or not isinstance(n, int | float) or not n > 0
+        ]
+        if not 2 <= len(shares) <= MAX_SPLITS:
+            problems.append(
+                Problem("splits.images", list(shares), f"Name 2 to {MAX_SPLITS} splits.")
+            )
+        problems += [
+            Problem("splits.images", name, "A name is 1 to 32 of a-z, 0-9, _ and -.")
+            for name in shares
+            if not _is_name(name)
+        ]
+        if problems:
+            raise spec_errors.ProblemsFound(problems)
+        return asked
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the splits' names, in the order asked for."""
+        return tuple(self.images.weights if isinstance(self.images, Weights) else self.images)
+
+    @property
+    def counts(self) -> dict[str, int] | None:
+        """Return the images asked for; None where weights are."""
+        return None if isinstance(self.images, Weights) else self.images
+
+    @property
+    def attribute(self) -> Attribute | None:
+        """Return the attribute of which each value is in one split; None of identities."""
+        return None if self.by is SplitBy.IDENTITY else Attribute(self.by.value)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Return the splits' shares, which add up to 1."""
+        asked = self.images.weights if isinstance(self.images, Weights) else self.images
+        whole = sum(asked.values())
+        return {name: share / whole for name, share in asked.items()}
+
+
+class NoSplit(ValueError):
+    """The splits that a spec asks for cannot be."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        super().__init__(str(problem))
+
+
+def problems(spec: "DatasetSpec") -> list[Problem]:
+    """List what is wrong with the splits of a spec whose attributes are right."""
+    splits = spec.splits
+    if splits is None:
+        return []
+    if spec.combinations:
+        remedy = "A dataset that is split cannot demand combinations: submit each split by itself."
+        return [Problem("splits", splits.by.value, remedy)]
+    if splits.counts and sum(splits.counts.values()) != spec.count:
+        total = sum(splits.counts.values())
+        remedy = f"They add up to {total}, but count is {spec.count}: change either."
+        return [Problem("splits.images", splits.counts, remedy)]
+    attribute = splits.attribute
+    if attribute and splits.counts and spec.counts_of(attribute):
+        remedy = f"{attribute.value} has counts of its own: give the splits weights."
+        return [Problem("splits.images", splits.counts, remedy)]
+    try:
+        parts(spec)
+    except NoSplit as error:
+        return [error.problem]
+    return []
+
+
+def dealt(spec: "DatasetSpec") -> dict[str, tuple[str, ...]]:
+    """Return the values that each split has of what it is split by. Raises NoSplit.
+
+    The seed shuffles the values; each goes to the split that lacks most of its share. What a
+    dataset that is extended had stays where it was.
+    """
+    splits = _splits(spec)
+    attribute = splits.attribute
+    if attribute is None:
+        return {}
+    weights = spec.counts_of(attribute) or dict.fromkeys(spec.values_of(attribute), 1)
+    own: dict[str, list[str]] = {name: [] for name in splits.names}
+    if spec.extends and spec.extends.splits:
+        own |= {name: list(values) for name, values in dealt(spec.extends).items()}
+    known = {value for values in own.values() for value in values}
+    new = [value for value in weights if value not in known]
+    rng = factor_rng(spec.seed, 0, f"splits/{attribute.value}")
+    shuffled = [new[k] for k in rng.permutation(len(new)).tolist()]
+    shuffled.sort(key=lambda value: -weights[value])
+    whole = sum(weights.values())
+    for place, value in enumerate(shuffled):
+        empty = [name for name in splits.names if not own[name]]
+        among = empty if len(empty) >= len(shuffled) - place else splits.names
+        lack = {
+            name: splits.shares[name] * whole - sum(weights.get(v, 0) for v in own[name])
+            for name in among
+        }
+        own[max(among, key=lambda name: lack[name])].append(value)
+    for name, values in own.items():
+        if not any(weights[value] for value in values):
+            remedy = f"There are too few values of {attribute.value} for so many splits."
+            raise NoSplit(Problem("splits.images", name, remedy))
+    order = spec.values_of(attribute)
+    return {name: tuple(sorted(values, key=order.index)) for name, values in own.items()}
+
+
+def split_of_values(spec: "DatasetSpec") -> dict[str, str]:
+    """Return the split of each value of what the dataset is split by; nothing of identities."""
+    return {value: name for name, values in dealt(spec).items() for value in values}
+
+
+def parts(spec: "DatasetSpec") -> dict[str, "DatasetSpec"]:
+    """Return each split as a dataset of its own. Raises NoSplit."""
+    splits = _splits(spec)
+    own, attribute = dealt(spec), splits.attribute
+    earlier = parts(spec.extends) if spec.extends else {}
+    if attribute and splits.counts is None:
+        of_values = wanted(spec, attribute)
+        shared = {attribute: {n: {v: of_values[v] for v in own[n]} for n in splits.names}}
+        sizes = {name: sum(shared[attribute][name].values()) for name in splits.names}
+    else:
+        sizes = splits.counts or whole_shares(splits.shares, spec.count)
+        shared = {attribute: {n: _evenly(own[n], sizes[n]) for n in own}} if attribute else {}
+    for name, size in sizes.items():
+        if not size:
+            remedy = "Its share is less than an image: ask for more."
+            raise NoSplit(Problem("splits.images", name, remedy))
+    for other in Attribute:
+        if other is not attribute and len(spec.values_of(other)) > 1:
+            share = _dealt_evenly if spec.counts_of(other) is None else _shared
+            shared[other] = share(spec, other, sizes, _least(other, earlier))
+    return {
+        name: _part(spec, number, sizes[name], shared, earlier)
+        for number, name in enumerate(splits.names)
+    }
+
+
+def wanted(spec: "DatasetSpec", attribute: Attribute) -> dict[str, int]:
+    """Return the images of each value; where shares are equal the seed says who has one more."""
+    counts = spec.counts_of(attribute)
+    if counts is not None:
+        return counts
+    values = spec.values_of(attribute)
+    rng = factor_rng(spec.seed, 0, f"splits/{attribute.value}/more")
+    shuffled = [values[k] for k in rng.permutation(len(values)).tolist()]
+    counts = _evenly(shuffled, spec.count)
+    return {value: counts[value] for value in values}
+
+
+def _evenly(values: Sequence[str], count: int) -> dict[str, int]:
+    share, extra = divmod(count, len(values))
+    return {value: share + (place < extra) for place, value in enumerate(values)}
+
+
+def _least(
+    attribute: Attribute, earlier: Mapping[str, "DatasetSpec"]
+) -> dict[str, Mapping[str, int]]:
+    """Return the images that there are of each value in each split of what is extended."""
+    return {name: wanted(part, attribute) for name, part in earlier.items()}
+
+
+def _dealt_evenly(
+    spec: "DatasetSpec",
+    attribute: Attribute,
+    sizes: Mapping[str, int],
+    least: Mapping[str, Mapping[str, int]],
+) -> dict[str, dict[str, int]]:
+    """Return the images of each value in each split: equal shares in every split, and in all.
+
+    One image more goes to the values that have it already, then to those with the fewest so far.
+    """
+    values = list(wanted(spec, attribute))
+    total, table = dict.fromkeys(values, 0), dict[str, dict[str, int]]()
+    for name, size in sizes.items():
+        share, extra = divmod(size, len(values))
+        had = least.get(name, {})
+        order = sorted(values, key=lambda v: (had.get(v, 0) <= share, total[v]))
+        table[name] = dict.fromkeys(values, share)
+        for value in order[:extra]:
+            table[name][value] += 1
+        for value in values:
+            total[value] += table[name][value]
+            if table[name][value] < had.get(value, 0):
+                raise _too_few(spec, attribute)
+    if max(total.values()) - min(total.values()) > 1:
+        raise _too_few(spec, attribute)
+    return table
+
+
+def _shared(
+    spec: "DatasetSpec",
+    attribute: Attribute,
+    sizes: Mapping[str, int],
+    least: Mapping[str, Mapping[str, int]],
+) -> dict[str, dict[str, int]]:
+    """Return the images of each value in each split: the whole numbers below or above its share.
+
+    Rows and columns add up: what is left of a value goes to splits that have images left, the
+    values of which most is left first.
+    """
+    counts = wanted(spec, attribute)
+    table = {
+        name: {
+            value: max(n * size // spec.count, least.get(name, {}).get(value, 0))
+            for value, n in counts.items()
+        }
+        for name, size in sizes.items()
+    }
+    left = {v: n - sum(table[name][v] for name in sizes) for v, n in counts.items()}
+    for name, size in sizes.items():
+        while (more := size - sum(table[name].values())) > 0:
+            for value in sorted(left, key=lambda value: -left[value])[:more]:
+                table[name][value] += 1
+                left[value] -= 1
+    if any(left.values()) or any(sum(table[name].values()) != n for name, n in sizes.items()):
+        raise _too_few(spec, attribute)
+    return table
+
+
+def _too_few(spec: "DatasetSpec", attribute: Attribute) -> NoSplit:
+    remedy = (
+        f"The splits cannot grow by so few images with {attribute.value} as asked for: "
+        "ask for more, or for a dataset of its own without extends."
+    )
+    return NoSplit(Problem("count", spec.count, remedy))
+
+
+def _part(
+    spec: "DatasetSpec",
+    number: int,
+    size: int,
+    shared: Mapping[Attribute, Mapping[str, Mapping[str, int]]],
+    earlier: Mapping[str, "DatasetSpec"],
+) -> "DatasetSpec":
+    name = _splits(spec).names[number]
+    asked = {
+        attribute.value: list(counts[name])
+        if len(set(counts[name].values())) == 1
+        else dict(counts[name])
+        for attribute, counts in shared.items()
+    }
+    document = spec.model_dump(mode="json")
+    document |= {
+        "count": size,
+        "seed": int(factor_rng(spec.seed, number, "splits").integers(2**63)),
+        "attributes": document["attributes"] | asked,
+        "splits": None,
+        "images_per_shard": None,
+        "extends": earlier[name].model_dump(mode="json") if earlier else None,
+    }
+    return type(spec).model_validate(document)
+
+
+def _splits(spec: "DatasetSpec") -> Splits:
+    if spec.splits is None:
+        raise ValueError("the spec asks for no splits")
+    return spec.splits
+
+
+def _is_name(name: object) -> bool:
+    return (
+        isinstance(name, str)
+        and 1 <= len(name) <= 32
+        and set(name) <= set("abcdefghijklmnopqrstuvwxyz0123456789_-")
+    )
