@@ -75,6 +75,10 @@ class Cells(Protocol):
         """Return the cell of image `index`."""
         ...
 
+    def split_of(self, index: int, /) -> str | None:
+        """Return the split that image `index` belongs to, if there are any."""
+        ...
+
 
 def cell_of(values: Mapping[Attribute, str]) -> Cell:
     """Return the cell with these values; other attributes have the one that they have unasked."""
@@ -157,7 +161,7 @@ class Plan:
                     fields[place] = words[number]
                 yield Cell(*fields)
 
-    def split_of(self, index: int) -> str | None:
+    def split_of(self, index: int, /) -> str | None:
         """Return the split that image `index` belongs to; None if the dataset is not split."""
         if self.spec.splits is None:
             return None

@@ -5,16 +5,17 @@ Every split is planned on its own, as a dataset of its own, and their images are
 
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import pydantic
 
-from hi5_common.domain import spec_errors
+from hi5_common.domain import spec_errors, twins
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.shares import whole_shares
 from hi5_common.domain.strict import StrictModel, Weights
-from hi5_common.domain.vocabulary import Attribute
+from hi5_common.domain.vocabulary import Attribute, Pose
 
 if TYPE_CHECKING:
     from hi5_common.domain.spec import DatasetSpec
@@ -113,7 +114,7 @@ def problems(spec: "DatasetSpec") -> list[Problem]:
         remedy = f"{attribute.value} has counts of its own: give the splits weights."
         return [Problem("splits.images", splits.counts, remedy)]
     try:
-        parts(spec)
+        parts(twins.scenes_of(spec) if spec.twins else spec)
     except NoSplit as error:
         return [error.problem]
     return []
@@ -155,9 +156,23 @@ def dealt(spec: "DatasetSpec") -> dict[str, tuple[str, ...]]:
     return {name: tuple(sorted(values, key=order.index)) for name, values in own.items()}
 
 
-def split_of_values(spec: "DatasetSpec") -> dict[str, str]:
-    """Return the split of each value of what the dataset is split by; nothing of identities."""
-    return {value: name for name, values in dealt(spec).items() for value in values}
+def poses_beside(spec: "DatasetSpec", pose: Pose) -> tuple[Pose, ...]:
+    """Return the poses that a hand may be on its way to from `pose`, itself among them.
+
+    All there are, unless the dataset is split by poses: then those of the same split.
+    """
+    if spec.splits is None or spec.splits.by is not SplitBy.POSE:
+        return tuple(Pose)
+    own = _poses_dealt((twins.scenes_of(spec) if spec.twins else spec).canonical_json())
+    return next(poses for poses in own if pose in poses)
+
+
+@lru_cache(maxsize=16)
+def _poses_dealt(canonical_json: str) -> tuple[tuple[Pose, ...], ...]:
+    from hi5_common.domain.spec import DatasetSpec  # which knows what splits are
+
+    own = dealt(DatasetSpec.model_validate_json(canonical_json))
+    return tuple(tuple(map(Pose, values)) for values in own.values())
 
 
 def parts(spec: "DatasetSpec") -> dict[str, "DatasetSpec"]:

@@ -13,7 +13,7 @@ from hi5_common.domain.errors import PermanentError
 from hi5_common.domain.labels import Box, CameraLabel, ImageLabel, Keypoint, Mask
 from hi5_common.domain.vocabulary import KEYPOINTS, Attribute, KeypointVisibility
 
-FORMAT = "hi5.labels/3"
+FORMAT = "hi5.labels/4"
 ROWS_PER_GROUP = 256
 """Fixed, so that the bytes depend on the labels alone; also what a reader holds in memory."""
 
@@ -32,6 +32,8 @@ _MASK = pa.struct(
 SCHEMA = pa.schema(
     [
         pa.field("index", pa.int64(), nullable=False),
+        pa.field("split", pa.string()),
+        pa.field("twin_group", pa.int64()),
         pa.field("file_name", pa.string(), nullable=False),
         pa.field("width_px", pa.int32(), nullable=False),
         pa.field("height_px", pa.int32(), nullable=False),
@@ -88,7 +90,7 @@ _WRITER_OPTIONS: dict[str, Any] = {
     "data_page_version": "1.0",
     "compression": "zstd",
     "compression_level": 3,
-    "use_dictionary": [*(attribute.value for attribute in Attribute), "affect"],
+    "use_dictionary": [*(attribute.value for attribute in Attribute), "affect", "split"],
     "write_statistics": ["index"],
 }
 
@@ -117,6 +119,8 @@ def _rows(table: pq.ParquetFile) -> Iterator[dict[str, Any]]:
 def _row(label: ImageLabel) -> dict[str, Any]:
     return {
         "index": label.index,
+        "split": label.split,
+        "twin_group": label.twin_group,
         "file_name": label.file_name,
         "width_px": label.width_px,
         "height_px": label.height_px,
@@ -162,6 +166,8 @@ def _label(row: dict[str, Any]) -> ImageLabel:
     attributes = {attribute: row[attribute.value] for attribute in Attribute}
     return ImageLabel(
         index=row["index"],
+        split=row["split"],
+        twin_group=row["twin_group"],
         file_name=row["file_name"],
         width_px=row["width_px"],
         height_px=row["height_px"],

@@ -39,6 +39,9 @@ class BenchPlan:
         """Return the attribute values of a scene."""
         return cell_of(dict(zip(ALWAYS_BALANCED, CELLS[index].split(), strict=True)))
 
+    def split_of(self, _index: int, /) -> None:
+        """Return None: the scenes are not split."""
+
 
 @dataclass(frozen=True)
 class Bench:

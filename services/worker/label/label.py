@@ -44,6 +44,8 @@ def label_image(
     masks = _masks(surface, of_hand) if LabelKind.MASK in kinds else (None, None)
     return ImageLabel(
         index=scene.index,
+        split=scene.split,
+        twin_group=scene.twin_group,
         file_name=file_name,
         width_px=scene.camera.intrinsics.width_px,
         height_px=scene.camera.intrinsics.height_px,

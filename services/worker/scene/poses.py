@@ -1,6 +1,7 @@
 """The library of 44 poses: the table, and the angles at which a hand of any shape takes them."""
 
 import csv
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 
@@ -81,8 +82,13 @@ def _solved() -> dict[tuple[Gender, Pose], dict[str, Array]]:
     }
 
 
-def draw_blend(pose: Pose, rng: np.random.Generator, most: float) -> PoseBlend:
-    """Draw a way from `pose` towards another pose, at most the share `most` of it gone."""
-    others = [other for other in Pose if other is not pose]
+def draw_blend(
+    pose: Pose, rng: np.random.Generator, most: float, among: Sequence[Pose] = tuple(Pose)
+) -> PoseBlend:
+    """Draw a way from `pose` towards another of `among`, at most the share `most` of it gone.
+
+    Where `pose` is alone it stays.
+    """
+    others = [other for other in among if other is not pose] or [pose]
     target = others[int(rng.integers(len(others)))]
     return PoseBlend(pose, target, float(rng.uniform(0.0, most)))

@@ -1,6 +1,6 @@
 """How the hand of an image is held: a pose on the way to another, moving or still, never exact."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,10 +32,16 @@ class Posture:
 
 
 def draw_posture(
-    cell: Cell, shape: HandShape, model: HandModel, rng_of: Callable[[str], np.random.Generator]
+    cell: Cell,
+    shape: HandShape,
+    model: HandModel,
+    rng_of: Callable[[str], np.random.Generator],
+    among: Sequence[Pose] = tuple(Pose),
 ) -> Posture:
-    """Draw a way towards another pose, the moment of a motion, and the noise of every joint."""
-    blend = _drawn_blend(cell.pose, rng_of("pose_blend"))
+    """Draw a way towards another pose of `among`, the moment of a motion, and the noise of every
+    joint.
+    """
+    blend = _drawn_blend(cell.pose, rng_of("pose_blend"), among)
     angles = between(cell.gender, shape, blend.source, blend.target, blend.t)
     motion = MOTIONS.get(cell.pose)
     phase = None if motion is None else float(rng_of("motion_phase").uniform())
@@ -45,8 +51,8 @@ def draw_posture(
     return Posture(blend, phase, with_noise(model, angles, free, rng_of("joint_noise")))
 
 
-def _drawn_blend(pose: Pose, rng: np.random.Generator) -> PoseBlend:
-    blend = draw_blend(pose, rng, MAX_BLEND)
+def _drawn_blend(pose: Pose, rng: np.random.Generator, among: Sequence[Pose]) -> PoseBlend:
+    blend = draw_blend(pose, rng, MAX_BLEND, among)
     if goes_round(blend.source, blend.target):
         return replace(blend, t=blend.t * MAX_BLEND_ROUND / MAX_BLEND)
     return blend

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -11,15 +11,18 @@ from hi5_common.domain.errors import PermanentError
 from hi5_common.domain.plan import Cell, Cells
 from hi5_common.domain.seeding import factor_rng, render_seed
 from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.splits import poses_beside
 from hi5_common.domain.vocabulary import Gender, skin_tone_ita_deg
 from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
-from services.worker.hand.skin import posed_hand
+from services.worker.hand.shape import HandShape
+from services.worker.hand.skin import PosedHand, posed_hand
 from services.worker.ornaments.draw import FactorRng, draw_nail_polish, draw_ornaments
+from services.worker.ornaments.worn import Worn
 from services.worker.scene.camera_look import draw_camera_look
 from services.worker.scene.exposure import Seen, colour_on_hand, metered_light
 from services.worker.scene.geometry import ornaments_on, transformed
-from services.worker.scene.library import HandLibrary
-from services.worker.scene.posture import draw_posture
+from services.worker.scene.library import Hand, HandLibrary
+from services.worker.scene.posture import Posture, draw_posture
 from services.worker.scene.shape import draw_shape
 from services.worker.scene.skin import skin_of
 from services.worker.scene.types import Array, Camera, HandScene, Light, PolarView, Skin, Stance
@@ -63,11 +66,12 @@ class Take:
         """Return a take; a number alone is an image's first."""
         return take if isinstance(take, Take) else cls(take)
 
-    def seed(self, seed: int) -> int:
+    def seed(self, spec: DatasetSpec) -> int:
         """Return what a dataset's seed is replaced by for this draw: itself for the first."""
         if self.draw == 0:
-            return seed
-        return int(factor_rng(seed, self.index, "draw", self.draw).integers(2**63))
+            return spec.seed
+        scene = self.index // spec.images_per_scene
+        return int(factor_rng(spec.seed, scene, "draw", self.draw).integers(2**63))
 
 
 class Prepare(Protocol):
@@ -86,51 +90,80 @@ def sample_scene(
 ) -> HandScene:
     """Resolve an image of a spec: a pure function of (spec, seed, index, draw).
 
+    Twins are drawn as one scene: a hand of each gender, and a view and a light that serve all of
+    them, those of the first.
+
     A view that will not do (see `view.py`) is drawn again inside the same cell, so counts stay
     exact. Raises NoViewFound after MAX_VIEW_ATTEMPTS.
     """
     take = Take.of(take)
-    index, seed = take.index, take.seed(spec.seed)
-    cell = plan.cell(index)
-    rng_of = partial(factor_rng, seed, index)
-    shape = draw_shape(cell, rng_of("shape"))
-    hand = hands.hand(cell.gender, cell.handedness, shape)
-    posture = draw_posture(cell, shape, hand.model, rng_of)
-    posed = posed_hand(hand.model, posture.angles)
-    worn = draw_ornaments(cell, rng_of)
-    viewed = ViewedHand.of(hand, posed, ornaments_on(worn, hand, posed))
+    index, seed, size = take.index, take.seed(spec), spec.images_per_scene
+    number = index // size
+    rng_of = partial(factor_rng, seed, number)
+    twins = [plan.cell(number * size + twin) for twin in range(size)]
+    cell, held = twins[index % size], dict[Gender, _Held]()
+    for twin in twins:
+        if twin.gender not in held:
+            held[twin.gender] = _Held.of(spec, twin, hands, rng_of)
+    first, own = held[twins[0].gender], held[cell.gender]
     for attempt in range(MAX_VIEW_ATTEMPTS):
         stance, view, placed, camera = _draw_attempt(
-            spec, cell, partial(rng_of, attempt=attempt), viewed
+            spec, twins[0], partial(rng_of, attempt=attempt), first.viewed
         )
-        if view_will_do(camera, viewed.placed(placed), stance):
+        views = (one.viewed.placed(placed) for one in held.values())
+        if all(view_will_do(camera, viewed, stance) for viewed in views):
             break
     else:
         raise NoViewFound(f"Image {index}: none of {MAX_VIEW_ATTEMPTS} views shows the hand.")
     if prepare is not None:
-        prepare(cell.gender, camera, transformed(placed, posed.keypoints_m))
-    seen = Seen(camera, transformed(placed, posed.vertices_m), hand.model.hand_quads())
-    skin = _draw_skin(cell, shape.age_years, rng_of)
-    light = _draw_light(cell.environment, seen, rng_of)
+        prepare(cell.gender, camera, transformed(placed, own.posed.keypoints_m))
+    skin_m = transformed(placed, first.posed.vertices_m)
+    light = _draw_light(
+        cell.environment, Seen(camera, skin_m, first.hand.model.hand_quads()), rng_of
+    )
     return HandScene(
         index=index,
         cell=cell,
-        shape=shape,
-        blend=posture.blend,
-        phase=posture.phase,
-        angles=posture.angles,
+        shape=own.shape,
+        blend=own.posture.blend,
+        phase=own.posture.phase,
+        angles=own.posture.angles,
         stance=stance,
         view=view,
         hand_to_world=placed,
         camera=camera,
         light=light,
-        skin=skin,
+        skin=_draw_skin(cell, own.shape.age_years, rng_of),
         view_attempt=attempt,
-        render_seed=render_seed(seed, index),
+        render_seed=render_seed(seed, number),
         draw=take.draw,
-        worn=worn,
+        split=plan.split_of(index),
+        twin_group=number if size > 1 else None,
+        worn=own.worn,
         look=draw_camera_look(rng_of("camera_look"), light.exposure_ev),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """A cell's hand, how it is held and what it wears; no view of it yet."""
+
+    shape: HandShape
+    hand: Hand
+    posture: Posture
+    posed: PosedHand
+    worn: Worn
+    viewed: ViewedHand
+
+    @classmethod
+    def of(cls, spec: DatasetSpec, cell: Cell, hands: HandLibrary, rng_of: FactorRng) -> Self:
+        shape = draw_shape(cell, rng_of("shape"))
+        hand = hands.hand(cell.gender, cell.handedness, shape)
+        posture = draw_posture(cell, shape, hand.model, rng_of, poses_beside(spec, cell.pose))
+        posed = posed_hand(hand.model, posture.angles)
+        worn = draw_ornaments(cell, rng_of)
+        viewed = ViewedHand.of(hand, posed, ornaments_on(worn, hand, posed))
+        return cls(shape, hand, posture, posed, worn, viewed)
 
 
 def hand_to_world(stance: Stance, cell: Cell) -> Array:

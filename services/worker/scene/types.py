@@ -165,6 +165,7 @@ class HandScene:
     """One image's scene. `view_attempt` counts the views that were rejected before this one.
 
     draw: which draw of its cell it is; 0 but for images that replace one that could not be made.
+    split, twin_group: what the image belongs to, if its dataset has splits or twins.
 
     phase is the moment (0..1 of a period) of a pose that is a motion, None for one that is not.
     hand_to_world (4, 4) takes the posed hand's elbow frame to the world, metres.
@@ -187,6 +188,8 @@ class HandScene:
     worn: Worn = BARE
     look: CameraLook = PLAIN_LOOK
     draw: int = 0
+    split: str | None = None
+    twin_group: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
