@@ -34,8 +34,8 @@ from hi5_common.domain.vocabulary import (
 )
 
 ALGORITHM = "woven-1"
-PLANNED_BY = {"seed", "count", "attributes", "combinations"}
-"""The fields of a spec that an order depends on."""
+PLANNED_BY = {"seed", "count", "attributes", "combinations", "commercial_safe"}
+"""The fields of a spec that an order depends on: the last by what is left of the defaults."""
 CHUNK = 1 << 14
 
 

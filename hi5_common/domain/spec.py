@@ -11,6 +11,8 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field
 
 from hi5_common.domain import demands, spec_errors
+from hi5_common.domain.assets import commercial_problems, may_be_traded
+from hi5_common.domain.environments import CATALOGUE
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.shares import whole_shares
 from hi5_common.domain.spec_errors import ProblemsFound
@@ -199,6 +201,8 @@ class DatasetSpec(StrictModel):
     render: RenderRequest = RenderRequest()
     labels: list[LabelKind] = Field(default=list(LabelKind), min_length=1)
     images_per_shard: int | None = Field(None, ge=1, le=10_000, strict=True)
+    commercial_safe: bool = Field(False, strict=True)
+    """Refuse whatever may not be used commercially; see `rights.py` for panoramas of one's own."""
 
     @pydantic.model_validator(mode="after")
     def _check_values_and_counts(self) -> Self:
@@ -209,6 +213,9 @@ class DatasetSpec(StrictModel):
                 attribute, _named(self.attributes[attribute]), self.count
             )
         ]
+        if self.commercial_safe:
+            named = self.values_of(Attribute.ENVIRONMENT)
+            problems += commercial_problems((v for v in named if v in CATALOGUE), {})
         if not problems and self.combinations:
             problems += demands.problems(self)
         problems += spec_errors.repeated("labels", [kind.value for kind in self.labels])
@@ -223,7 +230,11 @@ class DatasetSpec(StrictModel):
     def values_of(self, attribute: Attribute) -> tuple[str, ...]:
         """Return the values asked for, in canonical order, those of no images included."""
         named = _named(self.attributes[attribute])
-        return DEFAULTS[attribute] if named is None else tuple(in_order(attribute, named))
+        if named is not None:
+            return tuple(in_order(attribute, named))
+        if self.commercial_safe and attribute is Attribute.ENVIRONMENT:
+            return tuple(filter(may_be_traded, DEFAULTS[attribute]))
+        return DEFAULTS[attribute]
 
     def counts_of(self, attribute: Attribute) -> dict[str, int] | None:
         """Return the images of each value, in canonical order; None where shares are equal."""
@@ -245,8 +256,13 @@ class DatasetSpec(StrictModel):
         )
 
     def canonical_json(self) -> str:
-        """Return the spec as JSON with sorted keys: the same spec always gives the same text."""
-        return json.dumps(self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+        """Return the spec as JSON with sorted keys: the same spec always gives the same text.
+
+        A switch that is off is left out: the text of specs from before it stays what it was.
+        """
+        unset = None if self.commercial_safe else {"commercial_safe"}
+        document = self.model_dump(mode="json", exclude=unset)
+        return json.dumps(document, sort_keys=True, separators=(",", ":"))
 
 
 def _named(request: Request) -> list[str] | dict[str, int] | None:
