@@ -15,6 +15,8 @@ from hi5_common.domain.rights import AssetRights
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.values import in_words
 
+TITLE = "# Datasheet: "
+"""What every datasheet begins with."""
 MOST_ROWS = 12
 """Attributes of more values are written as a sentence, not as rows."""
 MOST_PLACES = 10
@@ -38,9 +40,11 @@ def datasheet(facts: CardFacts) -> str:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        keep_trailing_newline=True,
     )
     environment.filters.update(line=line, number=number)
     return environment.get_template("datasheet.md").render(
+        title=TITLE,
         facts=facts,
         spec=facts.spec,
         progress=facts.progress,

@@ -51,8 +51,8 @@ _BIASES = (
     ),
     (
         "Exposure goes with skin tone, as a camera's meter would have it: dark skin is exposed "
-        "longer, so tones are nearer to each other in the pictures than in the labels, and most hands "
-        "look darker than their nominal tone."
+        "longer, so tones are nearer to each other in the pictures than in the labels, and most "
+        "hands look darker than their nominal tone."
     ),
     "Equal shares are not how often poses, tones or places are met in life.",
     (

@@ -72,11 +72,11 @@ class Asset:
         if not self.stands_in_dataset:
             return None
         if not licence.is_known:
-            return f"its licence is {_shown(licence.id)}, which gives no known leave"
+            return f"its licence is {_shown(licence.id)}"
         if not licence.commercial:
-            return f"{licence.id} does not allow commercial use"
+            return f"{licence.id} forbids commercial use"
         if not licence.adaptations:
-            return f"{licence.id} does not allow pictures made with it to be published"
+            return f"{licence.id} forbids to publish pictures made with it"
         if licence.attribution and not self.is_named:
             return f"{licence.id} asks for its author to be named, and none is recorded"
         return None
@@ -130,14 +130,18 @@ def commercial_problems(environments: Iterable[str], own: OwnPlaces) -> list[Pro
         else:
             remedy = _IN_CATALOGUE if name in CATALOGUE else _OWN
             found.append(
-                Problem("attributes.environment", name, f"With commercial_safe: {reason}. {remedy}")
+                Problem(
+                    "attributes.environment",
+                    name,
+                    f"commercial_safe forbids it: {reason}. {remedy}",
+                )
             )
     return found
 
 
 _IN_CATALOGUE = "Leave this environment out, or set commercial_safe to false."
 _OWN = (
-    "Leave it out, or record whose it is and under what where the service keeps its assets: "
+    "Leave it out, or say whose it is, where the service keeps its assets: "
     "`hi5 assets add FOLDER --kind KIND --licence SPDX-ID --author NAME`."
 )
 
@@ -194,4 +198,4 @@ def _asset_of_place(
 
 
 def _shown(licence: str) -> str:
-    return licence if licence == UNKNOWN else repr(licence)
+    return UNKNOWN if licence == UNKNOWN else f"{licence!r}, whose terms hi5 does not know"

@@ -61,9 +61,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         spec = _read_spec(asked.spec)
         indices = _indices(spec, asked.index)
-        answer = _send_blenders_talk_to(asked.out / LOG_NAME)
         settings = Settings()
         _refuse_untradable(spec, settings.resolved_assets_dir)
+        answer = _send_blenders_talk_to(asked.out / LOG_NAME)
         renderer = RendererName(asked.renderer or settings.renderer)
         studio = open_studio(
             renderer,
