@@ -114,7 +114,7 @@ def _responsible(facts: CardFacts) -> Json:
         ],
         "rai:dataUseCases": list(words.uses()),
         "rai:dataSocialImpact": words.SOCIAL_IMPACT,
-        "rai:personalSensitiveInformation": [words.SENSITIVE],
+        "rai:personalSensitiveInformation": [words.sensitive(facts)],
         "rai:dataReleaseMaintenancePlan": words.MAINTENANCE,
     }
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from hi5_common.cards.facts import AttributeCounts, CardFacts, low_light
+from hi5_common.domain.rights import own_environments
 from hi5_common.domain.spec import LabelKind
 from hi5_common.domain.values import in_words
 from hi5_common.domain.vocabulary import ORNAMENTS, VALUES, Attribute
@@ -18,10 +19,10 @@ ANNOTATION = (
     "detector: keypoints in the middle of the finger, with what hides them; boxes, masks, camera, "
     "and the whole resolved scene."
 )
-SENSITIVE = (
-    "No real person is shown, so there is no personal data. Pictures do show human attributes that "
-    "are sensitive in people: gender (as one of two body shapes), skin tone, and age (18 to 90 "
-    "years); labels name them for each image."
+_SENSITIVE = (
+    "No hand is a real person's, so there is no personal data in it. Pictures do show human "
+    "attributes that are sensitive in people: gender (as one of two body shapes), skin tone, and "
+    "age (18 to 90 years); labels name them for each image."
 )
 SOCIAL_IMPACT = (
     "Training data with known shares of gender and skin tone can make hand tracking work more "
@@ -122,6 +123,18 @@ def limitations(facts: CardFacts) -> tuple[str, ...]:
         return _LIMITATIONS
     names = " or ".join(filter(None, (", ".join(map(name_of, worn[:-1])), name_of(worn[-1]))))
     return (*_LIMITATIONS, f"In this dataset no hand has a {names}.")
+
+
+def sensitive(facts: CardFacts) -> str:
+    """Say what there is of people in the pictures."""
+    foreign = own_environments(facts.spec)
+    if not foreign:
+        return _SENSITIVE
+    some = "1 panorama" if len(foreign) == 1 else f"{len(foreign):,} panoramas"
+    return (
+        f"{_SENSITIVE} {some} did not come with hi5, which does not look through them: whoever "
+        "added them knows whether people, lettering or private places can be seen behind the hands."
+    )
 
 
 def missing(facts: CardFacts) -> str:

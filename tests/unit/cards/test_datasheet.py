@@ -78,8 +78,8 @@ def test_gaps_and_redraws_are_named() -> None:
         made(SPEC, status=DatasetStatus.COMPLETE_WITH_GAPS, done=23, troubles=troubles)
     )
     assert "1 of 24 images could not be made" in text
-    assert "- image 3: failed 5 times: \\<it broke\\>\n" in text
-    assert "- image 4 is draw 2: too dark\n" in text
+    assert "These are:\n\n- image 3: failed 5 times: \\<it broke\\>\n\n" in text
+    assert "anew:\n\n- image 4 is draw 2: too dark\n\n**Splits.**" in text
     assert "the manifest names all" not in text
 
 
@@ -165,6 +165,8 @@ def test_rights_are_answered_and_authors_named() -> None:
     assert "| Place: A \\<hall\\> \\| of mine | A Test | CC-BY-NC-4.0 |" in text
     assert "- A \\<hall\\> \\| of mine, by A Test, from hall.exr, CC-BY-NC-4.0" in text
     assert "in low light" not in text
+    assert "1 panorama did not come with hi5" in text
+    assert "did not come with hi5" not in datasheet(made(SPEC))
 
 
 def test_no_line_is_left_over_from_the_template() -> None:
