@@ -130,10 +130,12 @@ def sensitive(facts: CardFacts) -> str:
     foreign = own_environments(facts.spec)
     if not foreign:
         return _SENSITIVE
-    some = "1 panorama" if len(foreign) == 1 else f"{len(foreign):,} panoramas"
+    some, them = (
+        ("1 panorama", "it") if len(foreign) == 1 else (f"{len(foreign):,} panoramas", "them")
+    )
     return (
-        f"{_SENSITIVE} {some} did not come with hi5, which does not look through them: whoever "
-        "added them knows whether people, lettering or private places can be seen behind the hands."
+        f"{_SENSITIVE} {some} did not come with hi5, which does not look through {them}: whoever "
+        f"added {them} knows whether people, lettering or private places are behind the hands."
     )
 
 

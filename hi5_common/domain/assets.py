@@ -128,7 +128,8 @@ def commercial_problems(environments: Iterable[str], own: OwnPlaces) -> list[Pro
             remedy = f"{asset.title}: {reason}. Set it to false, or leave it out."
             found.append(Problem("commercial_safe", True, remedy))
         else:
-            remedy = _IN_CATALOGUE if name in CATALOGUE else _OWN
+            told = name not in CATALOGUE and not asset.licence.forbids_trade
+            remedy = _TO_BE_TOLD if told else _LEAVE_OUT
             found.append(
                 Problem(
                     "attributes.environment",
@@ -139,8 +140,8 @@ def commercial_problems(environments: Iterable[str], own: OwnPlaces) -> list[Pro
     return found
 
 
-_IN_CATALOGUE = "Leave this environment out, or set commercial_safe to false."
-_OWN = (
+_LEAVE_OUT = "Leave this environment out, or set commercial_safe to false."
+_TO_BE_TOLD = (
     "Leave it out, or say whose it is, where the service keeps its assets: "
     "`hi5 assets add FOLDER --kind KIND --licence SPDX-ID --author NAME`."
 )

@@ -36,6 +36,11 @@ class Licence:
         """Whether pictures with this work in them may be published and used commercially."""
         return self.commercial is True and self.adaptations is True
 
+    @property
+    def forbids_trade(self) -> bool:
+        """Whether it is known that they may not."""
+        return self.commercial is False or self.adaptations is False
+
 
 _CREATIVE_COMMONS = re.compile(
     r"CC-BY(?P<nc>-NC)?(?P<last>-SA|-ND)?-(?P<version>\d\.\d)(?P<port>-[A-Z]{2,3})?", re.IGNORECASE
