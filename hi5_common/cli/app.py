@@ -35,6 +35,7 @@ COMMANDS = {
     "export": "export.app",
     "assets": "assets.app",
     "audit": "audit.audit",
+    "card": "card.card",
     "migrate": "migrate.migrate",
     "doctor": "doctor.doctor",
     "demo": "demo.demo",

@@ -16,6 +16,7 @@ from hi5_common.domain.balance import Balance
 from hi5_common.domain.errors import InvalidInput, PermanentError, Problem, TransientError
 from hi5_common.domain.manifest import Manifest, ManifestShard, Progress
 from hi5_common.domain.records import DatasetStatus
+from hi5_common.domain.rights import Rights
 from hi5_common.domain.spec import DatasetSpec
 
 TRIES = 4
@@ -91,6 +92,10 @@ class Service:
     def balance(self, dataset_id: UUID) -> Balance:
         """Return requested, planned and delivered counts."""
         return Balance.model_validate(self._json("GET", f"/v1/datasets/{dataset_id}/balance"))
+
+    def rights(self, dataset_id: UUID) -> Rights:
+        """Return what the licences of a dataset's assets allow."""
+        return Rights.model_validate(self._json("GET", f"/v1/datasets/{dataset_id}/licences"))
 
     def cancel(self, dataset_id: UUID) -> None:
         """Cancel what is not rendered yet."""

@@ -14,7 +14,7 @@ from sqlalchemy import ColumnElement, Select, and_, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from hi5_common.db import clock, deliveries, errors, events, rows
-from hi5_common.db.tables import DatasetRow, ShardRow
+from hi5_common.db.tables import DatasetRow, EventRow, ShardRow
 from hi5_common.domain import lifecycle, retry
 from hi5_common.domain.lifecycle import Transition
 from hi5_common.domain.records import Publication, Shard, ShardStatus
@@ -155,6 +155,29 @@ def of_dataset(
     if status is not None:
         query = query.where(ShardRow.status == status.value)
     found = session.scalars(query.order_by(ShardRow.number).limit(limit))
+    return [rows.shard(row) for row in found]
+
+
+def in_trouble(session: Session, dataset_id: UUID, limit: int) -> list[Shard]:
+    """Return the first published shards that have gaps or redraws, in order of their number.
+
+    Found by their events, which are small: a publication's own JSON may have a hundred kilobytes.
+    """
+    told = select(EventRow.shard_number).where(
+        EventRow.dataset_id == dataset_id,
+        EventRow.kind == Transition.FINISH.value,
+        EventRow.detail.is_not(None),
+    )
+    found = session.scalars(
+        select(ShardRow)
+        .where(
+            ShardRow.dataset_id == dataset_id,
+            ShardRow.number.in_(told),
+            ShardRow.status == ShardStatus.DONE.value,
+        )
+        .order_by(ShardRow.number)
+        .limit(limit)
+    )
     return [rows.shard(row) for row in found]
 
 

@@ -68,11 +68,11 @@ class CameraLabel(Frozen):
 class ImageLabel(Frozen):
     """The whole label of image `index`. A kind of label that was not asked for is None.
 
-    split and twin_group say what the image belongs to, if the dataset has splits or twins: images of
-    a twin_group show one scene. box and mask are of everything rendered, hand and forearm; hand_box and
-    hand_mask end at the wrist. Boxes are of the surface, hidden or not; masks of what shows. affect
-    is what the pose implies (`affect.py`). attributes hold what the image was asked to be: of a
-    shape factor the band that its number under `scene` was drawn from.
+    split and twin_group say what the image belongs to, if the dataset has splits or twins: images
+    of a twin_group show one scene. box and mask are of everything rendered, hand and forearm;
+    hand_box and hand_mask end at the wrist. Boxes are of the surface, hidden or not; masks of what
+    shows. affect is what the pose implies (`affect.py`). attributes hold what the image was asked
+    to be: of a shape factor the band that its number under `scene` was drawn from.
     """
 
     index: int

@@ -16,6 +16,7 @@ from hi5_common.domain.records import (
     Redraw,
     Shard,
     ShardStatus,
+    Tallies,
     without_gaps,
 )
 from hi5_common.domain.spec import DatasetSpec
@@ -91,6 +92,20 @@ def progress_of(dataset: Dataset) -> Progress:
         in_progress=dataset.images_in_progress,
         missing=dataset.images_missing,
         shards={status: dataset.shards_by_status.get(status, 0) for status in ShardStatus},
+    )
+
+
+def manifest_head(dataset: Dataset, tallies: Tallies) -> Manifest:
+    """Return the manifest of a dataset without its shards."""
+    return Manifest(
+        dataset_id=dataset.id,
+        status=dataset.status,
+        created_at=dataset.created_at,
+        spec=dataset.spec,
+        progress=progress_of(dataset),
+        tallies=tallies.values,
+        shards=(),
+        next=None,
     )
 
 

@@ -16,8 +16,17 @@ from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.vocabulary import Attribute
 
-ORDERED_BY = {"seed", "count", "attributes", "combinations", "twins", "splits", "extends"}
-"""The fields of a spec that an order depends on."""
+ORDERED_BY = {
+    "seed",
+    "count",
+    "attributes",
+    "combinations",
+    "twins",
+    "splits",
+    "extends",
+    "commercial_safe",
+}
+"""The fields of a spec that an order depends on: the last by what is left of the defaults."""
 
 Values = Mapping[Attribute, tuple[str, ...]]
 

@@ -12,6 +12,8 @@ import yaml
 from pydantic import Field
 
 from hi5_common.domain import demands, growth, spec_errors, splits, twins
+from hi5_common.domain.assets import commercial_problems, may_be_traded
+from hi5_common.domain.environments import CATALOGUE
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.shares import whole_shares
 from hi5_common.domain.spec_errors import ProblemsFound
@@ -25,6 +27,8 @@ MAX_SIDE_PX = 8192
 MAX_ASKED_SHARDS = 100_000
 MAX_COMBINATIONS = 100
 
+LATER = ("twins", "splits", "extends", "commercial_safe")
+"""Fields that earlier versions did not know."""
 QUALITY_WAYS = ("quality", "max_error", "seconds_per_image")
 """The fields of `render` that say how many samples an image gets."""
 
@@ -193,6 +197,8 @@ class DatasetSpec(StrictModel):
     render: RenderRequest = RenderRequest()
     labels: list[LabelKind] = Field(default=list(LabelKind), min_length=1)
     images_per_shard: int | None = Field(None, ge=1, le=10_000, strict=True)
+    commercial_safe: bool = Field(False, strict=True)
+    """Refuse whatever may not be used commercially; see `rights.py` for panoramas of one's own."""
 
     @pydantic.model_validator(mode="after")
     def _check_values_and_counts(self) -> Self:
@@ -206,7 +212,10 @@ class DatasetSpec(StrictModel):
         if not problems:
             problems += twins.problems(self)
         if not problems:
-            problems += growth.problems(self) + splits.problems(self)
+            problems += growth.problems(self) or splits.problems(self)
+        if self.commercial_safe:
+            named = self.values_of(Attribute.ENVIRONMENT)
+            problems += commercial_problems((v for v in named if v in CATALOGUE), {})
         if not problems and self.combinations:
             problems += demands.problems(self)
         problems += spec_errors.repeated("labels", [kind.value for kind in self.labels])
@@ -221,7 +230,11 @@ class DatasetSpec(StrictModel):
     def values_of(self, attribute: Attribute) -> tuple[str, ...]:
         """Return the values asked for, in canonical order, those of no images included."""
         named = _named(self.attributes[attribute])
-        return DEFAULTS[attribute] if named is None else tuple(in_order(attribute, named))
+        if named is not None:
+            return tuple(in_order(attribute, named))
+        if self.commercial_safe and attribute is Attribute.ENVIRONMENT:
+            return tuple(filter(may_be_traded, DEFAULTS[attribute]))
+        return DEFAULTS[attribute]
 
     def counts_of(self, attribute: Attribute) -> dict[str, int] | None:
         """Return the images of each value, in canonical order; None where shares are equal."""
@@ -252,8 +265,13 @@ class DatasetSpec(StrictModel):
         return math.prod(len(self.values_of(attribute)) for attribute in self.twins)
 
     def canonical_json(self) -> str:
-        """Return the spec as JSON with sorted keys: the same spec always gives the same text."""
-        return json.dumps(self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))
+        """Return the spec as JSON with sorted keys: the same spec always gives the same text.
+
+        What came later and is not asked for is left out: the text of older specs stays as it was.
+        """
+        unset = {name for name in LATER if not getattr(self, name)}
+        document = self.model_dump(mode="json", exclude=unset)
+        return json.dumps(document, sort_keys=True, separators=(",", ":"))
 
 
 def _named(request: Request) -> list[str] | dict[str, int] | None:

@@ -3,6 +3,7 @@
 import difflib
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import pydantic
@@ -145,7 +146,8 @@ def from_pydantic(error: pydantic.ValidationError, model: type[BaseModel]) -> li
     for detail in error.errors(include_url=False)[:MAX_PROBLEMS]:
         cause = detail.get("ctx", {}).get("error")
         if isinstance(cause, ProblemsFound):
-            problems.extend(cause.problems)
+            within = "".join("extends." for part in detail["loc"] if part == "extends")
+            problems += [replace(p, field=f"{within}{p.field}") for p in cause.problems]
         else:
             problems.append(_translated(detail, model))
     return problems

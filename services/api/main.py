@@ -16,6 +16,7 @@ from hi5_common.storage.open import open_store
 from hi5_common.version import hi5_version
 from services.api import errors
 from services.api.balance.routes import router as balance
+from services.api.cards.routes import router as cards
 from services.api.catalogue.routes import router as catalogue
 from services.api.dashboard import pages
 from services.api.dashboard.routes import router as dashboard
@@ -31,7 +32,7 @@ from services.api.problems import MEDIA_TYPE, ProblemDetails
 from services.api.settings import ApiSettings
 from services.api.shield import Shield
 
-ROUTERS = (datasets, manifest, balance, images, objects, plans, catalogue, health, dashboard)
+ROUTERS = (datasets, manifest, balance, cards, images, objects, plans, catalogue, health, dashboard)
 
 
 def create_app() -> FastAPI:

@@ -17,12 +17,14 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TextIO
 
+from hi5_common.domain import rights
 from hi5_common.domain.errors import Hi5Error, InvalidInput, Problem
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec, load_spec, parse_spec_text
 from hi5_common.export.coco import write_coco
 from hi5_common.export.label_table import write_label_table
+from hi5_common.own_places import entries_of
 from hi5_common.settings import RendererName, Settings
 from services.worker.outcome import failure_reason, write_atomically
 from services.worker.sample import Studio
@@ -59,8 +61,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         spec = _read_spec(asked.spec)
         indices = _indices(spec, asked.index)
-        answer = _send_blenders_talk_to(asked.out / LOG_NAME)
         settings = Settings()
+        _refuse_untradable(spec, settings.resolved_assets_dir)
+        answer = _send_blenders_talk_to(asked.out / LOG_NAME)
         renderer = RendererName(asked.renderer or settings.renderer)
         studio = open_studio(
             renderer,
@@ -142,6 +145,13 @@ def _parser() -> argparse.ArgumentParser:
 
 def _read_spec(path: str) -> DatasetSpec:
     return parse_spec_text(sys.stdin.read()) if path == "-" else load_spec(Path(path))
+
+
+def _refuse_untradable(spec: DatasetSpec, assets_dir: Path) -> None:
+    """Raise InvalidInput if the spec is to be safe for commercial use and is not."""
+    problems = rights.problems(spec, entries_of(assets_dir, rights.own_environments(spec)))
+    if problems:
+        raise InvalidInput(problems)
 
 
 def _indices(spec: DatasetSpec, only: int | None) -> Sequence[int]:

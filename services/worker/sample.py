@@ -22,7 +22,7 @@ from services.worker.render.calibration import Calibration, Choice, Features, ch
 from services.worker.render.checks import check_frame
 from services.worker.render.port import Frame, Renderer
 from services.worker.render.rect import PixelRect
-from services.worker.scene.environments import bake_ahead, load_panorama
+from services.worker.scene.environments import bake_ahead, load_panorama, require_tradable
 from services.worker.scene.geometry import build_geometry
 from services.worker.scene.library import HandLibrary
 from services.worker.scene.sampling import Take, sample_scene
@@ -143,6 +143,8 @@ class Studio:
         ahead: Callable[[Stopwatch], None] | None,
     ) -> Sample:
         scene, mesh = staged.scene, staged.mesh
+        if spec.commercial_safe:
+            require_tradable(scene.light.environment)
         region = touched_region(mesh)
         choice = choose(
             spec.render, lambda: Features.of(scene, staged.geometry, mesh, region), self.calibration

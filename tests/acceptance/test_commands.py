@@ -1,6 +1,9 @@
 """Every command against a running service, with the fake renderer."""
 
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,10 +11,18 @@ import pytest
 
 from hi5_common.settings import RendererName
 from tests.acceptance.machine import Machine, hi5, machine, write_spec
+from tests.support.croissant import records
 
 pytestmark = [pytest.mark.acceptance, pytest.mark.slow]
 
 COUNT = 7
+READ_BY_ADDRESS = """
+import json, sys
+import mlcroissant
+rows = list(mlcroissant.Dataset(jsonld=sys.argv[1]).records("pictures_records"))
+assert all(min(row["pictures_records/picture"].size) >= 16 for row in rows)
+print(json.dumps(sorted(row["pictures_records/file_name"].decode() for row in rows)))
+"""
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +58,37 @@ def test_the_balance_is_as_planned(stack: Machine, dataset_id: str) -> None:
     assert balance["delivered"] == COUNT
     assert balance["worst_delivered_deviation"] == 0
     assert "very_light" in stack.hi5("balance", dataset_id).out
+
+
+def test_the_card_of_a_download_is_read_by_croissants_own_library(
+    stack: Machine, dataset_id: str, tmp_path: Path
+) -> None:
+    stack.hi5("download", dataset_id, "--out", tmp_path)
+    answer = stack.hi5("card", dataset_id, "--out", tmp_path, "--creator", "A Test")
+    assert answer.out.startswith("commercial use: Yes")
+    assert "made by | A Test" in (tmp_path / "README.md").read_text("utf-8")
+    labels = records(tmp_path / "croissant.json", "labels_records", COUNT + 1)
+    assert [row["labels_records/index"] for row in labels] == list(range(COUNT))
+    pictures = records(tmp_path / "croissant.json", "pictures_records", COUNT + 1)
+    names = [row["labels_records/file_name"] for row in labels]
+    assert [row["pictures_records/file_name"] for row in pictures] == names
+    size = (labels[0]["labels_records/width_px"], labels[0]["labels_records/height_px"])
+    assert {row["pictures_records/picture"].size for row in pictures} == {size}
+    here = ("--data-dir", stack.data_dir)
+    direct = stack.hi5("card", dataset_id, "--out", tmp_path / "direct", "--direct", *here)
+    assert direct.out == answer.out
+
+
+def test_pictures_are_read_by_address(stack: Machine, dataset_id: str, tmp_path: Path) -> None:
+    address = f"{stack.url}/v1/datasets/{dataset_id}/croissant"
+    read = subprocess.run(
+        [sys.executable, "-c", READ_BY_ADDRESS, address],
+        env={**os.environ, "CROISSANT_CACHE": str(tmp_path)},  # a process reads it once
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    assert json.loads(read.stdout) == sorted(f"{index:09d}.jpg" for index in range(COUNT))
 
 
 def test_a_download_and_an_export_hold_every_image(

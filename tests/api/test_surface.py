@@ -67,6 +67,7 @@ def test_openapi_lists_every_route_of_the_api(shared_world: World) -> None:
         "/v1/datasets",
         dataset,
         *(f"{dataset}/{part}" for part in ("manifest", "balance", "events", "cancel", "retry")),
+        *(f"{dataset}/{part}" for part in ("card", "croissant", "licences")),
         f"{dataset}/images/{{index}}",
         f"{dataset}/images/{{index}}/labels",
         f"{dataset}/shards/{{number}}/objects/{{name}}",

@@ -44,7 +44,7 @@ def test_what_fails_once_is_delivered_and_what_always_fails_is_named(
     slot = runner(database, store, tmp_path, child="tests.support.failing_child")
     assert slot.run_while_due(None, 100) == [Outcome.PUBLISHED] * (COUNT // SHARD)
 
-    source = DirectSource(database, store, made.id)
+    source = DirectSource(database, store, made.id, tmp_path)
     assert source.status() is DatasetStatus.COMPLETE_WITH_GAPS
     observing = Observing(Observed(spec), pixels=True)
     *_, report = audit(source, observing)

@@ -11,7 +11,7 @@ import pytest
 from hi5_common.db import datasets, errors, events, shards, upkeep
 from hi5_common.db.engine import Database
 from hi5_common.domain import retry
-from hi5_common.domain.records import Shard, ShardStatus
+from hi5_common.domain.records import Gap, Redraw, Shard, ShardStatus
 from hi5_common.domain.retry import FailureKind
 from tests.support import factories
 
@@ -238,3 +238,31 @@ def make_due(database: Database, shard: Shard) -> None:
     with database.transaction() as session:
         row = session.get_one(ShardRow, shard.id)
         row.not_before = row.changed_at
+
+
+def test_shards_in_trouble_are_those_published_with_gaps_or_redraws(database: Database) -> None:
+    made = factories.dataset(database)
+    other = factories.dataset(database, seed=1)
+    gap, redraw = Gap(3, "it broke"), Redraw(4, 2, "too dark")
+    for shard in (claimed(database, hint=row) for row in _ids(database, made.id, other.id)):
+        whole = factories.publication(shard)
+        published = {
+            1: replace(whole, image_count=1, gaps=(gap,)),
+            2: replace(whole, redraws=(redraw,)),
+        }
+        mine = shard.dataset_id == made.id
+        with database.transaction() as session:
+            found = published.get(shard.number, whole) if mine else whole
+            shards.finish(session, shard.id, shard.attempt, "w", found)
+    with database.snapshot() as session:
+        troubled = shards.in_trouble(session, made.id, 10)
+        first = shards.in_trouble(session, made.id, 1)
+        assert shards.in_trouble(session, other.id, 10) == []
+    assert [shard.number for shard in troubled] == [1, 2]
+    assert [shard.publication.gaps for shard in troubled if shard.publication] == [(gap,), ()]
+    assert [shard.number for shard in first] == [1]
+
+
+def _ids(database: Database, *datasets_: UUID) -> list[UUID]:
+    with database.snapshot() as session:
+        return [row.id for one in datasets_ for row in shards.of_dataset(session, one, 10)]

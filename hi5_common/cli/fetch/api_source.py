@@ -7,8 +7,9 @@ from uuid import UUID
 from hi5_common.cli.client import Service
 from hi5_common.cli.fetch.source import ObjectGone
 from hi5_common.domain.balance import Balance
-from hi5_common.domain.manifest import ManifestObject, ManifestShard
+from hi5_common.domain.manifest import Manifest, ManifestObject, ManifestShard
 from hi5_common.domain.records import DatasetStatus
+from hi5_common.domain.rights import Rights
 from hi5_common.domain.spec import DatasetSpec
 
 
@@ -19,11 +20,21 @@ class ApiSource:
     service: Service
     dataset_id: UUID
 
+    @property
+    def address(self) -> str:
+        return f"{self.service.url}/datasets/{self.dataset_id}"
+
+    def manifest(self) -> Manifest:
+        return self.service.manifest(self.dataset_id)
+
+    def rights(self) -> Rights:
+        return self.service.rights(self.dataset_id)
+
     def spec(self) -> DatasetSpec:
-        return self.service.manifest(self.dataset_id).spec
+        return self.manifest().spec
 
     def status(self) -> DatasetStatus:
-        return self.service.manifest(self.dataset_id).status
+        return self.manifest().status
 
     def shards(self) -> Iterator[ManifestShard]:
         return self.service.shards(self.dataset_id)

@@ -2,16 +2,25 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from uuid import UUID
 
 from hi5_common.cli.fetch.source import ObjectGone
 from hi5_common.db import datasets, deliveries, shards
 from hi5_common.db.engine import Database
 from hi5_common.domain.balance import Balance, balance_of
-from hi5_common.domain.manifest import ManifestObject, ManifestShard, manifest_shard
+from hi5_common.domain.manifest import (
+    Manifest,
+    ManifestObject,
+    ManifestShard,
+    manifest_head,
+    manifest_shard,
+)
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Dataset, DatasetStatus
+from hi5_common.domain.rights import Rights, own_environments, rights_of
 from hi5_common.domain.spec import DatasetSpec
+from hi5_common.own_places import entries_of
 from hi5_common.storage.errors import ObjectMissing
 from hi5_common.storage.port import ObjectStore
 
@@ -25,6 +34,22 @@ class DirectSource:
     database: Database
     store: ObjectStore
     dataset_id: UUID
+    assets_dir: Path
+    """Where panoramas outside the catalogue have their records."""
+
+    @property
+    def address(self) -> str:
+        return self.dataset_id.urn
+
+    def manifest(self) -> Manifest:
+        with self.database.snapshot() as session:
+            row = datasets.get(session, self.dataset_id)
+            delivered = deliveries.tallies(session, self.dataset_id)
+        return manifest_head(row, delivered)
+
+    def rights(self) -> Rights:
+        spec = self.spec()
+        return rights_of(spec, entries_of(self.assets_dir, own_environments(spec)))
 
     def spec(self) -> DatasetSpec:
         return self._row().spec

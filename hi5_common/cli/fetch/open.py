@@ -33,6 +33,6 @@ def _direct(dataset_id: UUID, data_dir: Path | None) -> Iterator[DatasetSource]:
     settings = Settings(data_dir=data_dir.resolve()) if data_dir else Settings()
     database = open_database(settings.resolved_database_url)
     try:
-        yield DirectSource(database, open_store(settings), dataset_id)
+        yield DirectSource(database, open_store(settings), dataset_id, settings.resolved_assets_dir)
     finally:
         database.dispose()

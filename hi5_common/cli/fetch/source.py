@@ -6,8 +6,9 @@ from uuid import UUID
 
 from hi5_common.domain.balance import Balance
 from hi5_common.domain.errors import PermanentError, TransientError
-from hi5_common.domain.manifest import ManifestObject, ManifestShard
+from hi5_common.domain.manifest import Manifest, ManifestObject, ManifestShard
 from hi5_common.domain.records import DatasetStatus
+from hi5_common.domain.rights import Rights
 from hi5_common.domain.spec import DatasetSpec
 
 
@@ -24,6 +25,16 @@ class DatasetSource(Protocol):
 
     @property
     def dataset_id(self) -> UUID: ...
+
+    @property
+    def address(self) -> str:
+        """The dataset's page, or its URN where no service is asked."""
+
+    def manifest(self) -> Manifest:
+        """Return the manifest's head; it may have shards."""
+
+    def rights(self) -> Rights:
+        """Return what the licences of its assets allow."""
 
     def spec(self) -> DatasetSpec:
         """Return what was asked for."""

@@ -48,6 +48,9 @@ class DatasetView(BaseModel):
                 "manifest": f"{address}/manifest",
                 "balance": f"{address}/balance",
                 "events": f"{address}/events",
+                "card": f"{address}/card",
+                "croissant": f"{address}/croissant",
+                "licences": f"{address}/licences",
                 "page": f"/datasets/{dataset.id}",
             },
         )

@@ -8,6 +8,7 @@ from hi5_common.db.events import Event
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.records import Dataset, DatasetStatus
 from hi5_common.domain.spec import DatasetSpec
+from services.api.cards.places import require_tradable
 from services.api.parts import Parts
 from services.api.problems import ApiError
 
@@ -32,6 +33,7 @@ class Retried:
 
 def submit(parts: Parts, spec: DatasetSpec, idempotency_key: str | None) -> Submitted:
     """Store a spec and its shards. Raises InvalidInput, IdempotencyConflict."""
+    require_tradable(parts, spec)
     plan = parts.plans.of(spec)
     with parts.database.transaction() as session:
         made = datasets.create(session, spec, plan, idempotency_key=idempotency_key)

@@ -3,7 +3,7 @@
 from uuid import UUID
 
 from hi5_common.db import datasets, deliveries, shards
-from hi5_common.domain.manifest import Manifest, manifest_shard, progress_of
+from hi5_common.domain.manifest import Manifest, manifest_head, manifest_shard
 from services.api.paging import next_address
 from services.api.parts import Parts
 
@@ -17,13 +17,9 @@ def manifest(parts: Parts, dataset_id: UUID, limit: int, after: int | None) -> M
     page = found[:limit]
     path = f"/v1/datasets/{dataset_id}/manifest"
     last = page[-1].number if page else None
-    return Manifest(
-        dataset_id=dataset.id,
-        status=dataset.status,
-        created_at=dataset.created_at,
-        spec=dataset.spec,
-        progress=progress_of(dataset),
-        tallies=tallies.values,
-        shards=tuple(manifest_shard(shard) for shard in page),
-        next=next_address(path, limit, last, full=len(found) > limit),
+    return manifest_head(dataset, tallies).model_copy(
+        update={
+            "shards": tuple(manifest_shard(shard) for shard in page),
+            "next": next_address(path, limit, last, full=len(found) > limit),
+        }
     )

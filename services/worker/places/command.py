@@ -10,11 +10,11 @@ from pathlib import Path
 from hi5_common.domain.environments import CATALOGUE, EnvironmentEntry, EnvironmentKind
 from hi5_common.domain.errors import Hi5Error, InvalidInput, Problem, TransientError
 from hi5_common.domain.light import light_level
+from hi5_common.own_places import OwnPanorama, list_own
 from hi5_common.settings import Settings
 from services.worker.places.bakery import Oven, baked_panorama
 from services.worker.places.intake import Terms, add_folder
 from services.worker.places.polyhaven import RESOLUTIONS, PolyHaven
-from services.worker.places.registry import OwnPanorama, list_own
 
 FAILED, WRONG_INPUT, UNREACHABLE = 1, 2, 3
 

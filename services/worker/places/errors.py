@@ -9,3 +9,7 @@ class MissingAsset(PermanentError):
 
 class BakeFailed(TransientError):
     """Blender did not bake a generated environment."""
+
+
+class NotCommercial(PermanentError):
+    """A spec that is to be safe for commercial use is lit by a panorama that may not be so used."""

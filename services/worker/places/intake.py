@@ -10,10 +10,10 @@ import numpy as np
 
 from hi5_common.domain.environments import EnvironmentEntry, EnvironmentKind, EnvironmentOrigin
 from hi5_common.domain.errors import InvalidInput, Problem
+from hi5_common.own_places import SUFFIXES, OwnPanorama, record_own
 from services.worker.places.develop import LUMINANCE, mean_rgb
 from services.worker.places.errors import MissingAsset
 from services.worker.places.exr import read_panorama
-from services.worker.places.registry import SUFFIXES, OwnPanorama, record_own
 
 MIN_WIDTH_PX, MAX_WIDTH_PX = 64, 8192
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9._-]+")

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hi5_common.domain.environments import CATALOGUE, EnvironmentOrigin
+from hi5_common.own_places import find_own
 from services.worker.places.bakery import Baker, baked_panorama
 from services.worker.places.errors import MissingAsset
-from services.worker.places.registry import own_path
 
 _FOLDER = Path("datafiles") / "studiolights" / "world"
 
@@ -33,6 +33,21 @@ class Panoramas:
         if entry.origin is EnvironmentOrigin.HDRI:
             return _in_bpy(environment)
         return baked_panorama(entry, self.cache_dir, self.baker)
+
+
+def own_path(assets_dir: Path, environment: str) -> Path:
+    """Return the file of a "user:<name>" or "polyhaven:<id>" environment.
+
+    Raises MissingAsset naming the command that brings it.
+    """
+    found = find_own(assets_dir, environment)
+    origin, name = environment.split(":", 1)
+    if found is None:
+        command = "hi5 assets add FOLDER" if origin == "user" else f"hi5 assets fetch {name}"
+        raise MissingAsset(
+            f"environment: {environment!r} is not in {assets_dir}. Bring it with `{command}`."
+        )
+    return assets_dir / origin / found.file_name
 
 
 def _in_bpy(environment: str) -> Path:

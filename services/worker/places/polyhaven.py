@@ -15,9 +15,9 @@ import httpx
 
 from hi5_common.domain.environments import EnvironmentKind, EnvironmentOrigin
 from hi5_common.domain.errors import InvalidInput, PermanentError, Problem, TransientError
+from hi5_common.own_places import OwnPanorama, find_own, record_own
 from hi5_common.version import hi5_version
 from services.worker.places.intake import Terms, describe
-from services.worker.places.registry import OwnPanorama, find_own, record_own
 
 LICENCE = "CC0-1.0"
 RESOLUTIONS = ("1k", "2k", "4k")

@@ -12,15 +12,16 @@ from threading import Thread
 import numpy as np
 import numpy.typing as npt
 
+from hi5_common.domain.assets import commercial_problems
 from hi5_common.domain.environments import CATALOGUE, EnvironmentEntry
 from hi5_common.domain.light import LightLevel, light_level
+from hi5_common.own_places import find_own
 from hi5_common.settings import Settings
 from services.worker.places.bakery import Oven
 from services.worker.places.develop import LUMINANCE, mean_rgb
-from services.worker.places.errors import BakeFailed, MissingAsset
+from services.worker.places.errors import BakeFailed, MissingAsset, NotCommercial
 from services.worker.places.exr import read_panorama
 from services.worker.places.panoramas import Panoramas
-from services.worker.places.registry import find_own
 
 __all__ = ["LUMINANCE", "MissingAsset", "furnish"]
 
@@ -106,6 +107,16 @@ def entry_of(environment: str) -> EnvironmentEntry:
     if found is None:
         raise MissingAsset(f"environment: {environment!r} is not among the assets.")
     return found.entry
+
+
+def require_tradable(environment: str) -> None:
+    """Check the terms recorded where the panorama is, the last time before it is used.
+
+    Raises NotCommercial, and MissingAsset for one that was never added.
+    """
+    problems = commercial_problems([environment], {environment: entry_of(environment)})
+    if problems:
+        raise NotCommercial("; ".join(map(str, problems)))
 
 
 def light_of(environment: str) -> LightLevel:

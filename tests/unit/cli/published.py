@@ -2,17 +2,20 @@
 
 import hashlib
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from uuid import UUID
 
 from hi5_common.cli.fetch.source import ObjectGone
 from hi5_common.domain import keys
 from hi5_common.domain.balance import Balance, balance_of
-from hi5_common.domain.manifest import ManifestObject, ManifestShard
+from hi5_common.domain.manifest import Manifest, ManifestObject, ManifestShard, Progress
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import DatasetStatus, ShardStatus
+from hi5_common.domain.rights import Rights, rights_of
 from hi5_common.domain.sharding import ShardRange
 from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.domain.tallies import tally
@@ -32,6 +35,29 @@ class PublishedDataset:
     objects: dict[str, bytes]
     dataset_id: UUID = ID
     read: list[str] = field(default_factory=list)
+
+    @property
+    def address(self) -> str:
+        return self.dataset_id.urn
+
+    def manifest(self) -> Manifest:
+        missing = sum(len(row.gaps) for row in self.rows)
+        count = self.made_spec.count
+        return Manifest(
+            dataset_id=self.dataset_id,
+            status=DatasetStatus.COMPLETE_WITH_GAPS if missing else DatasetStatus.COMPLETE,
+            created_at=datetime(2026, 11, 29, tzinfo=UTC),
+            spec=self.made_spec,
+            progress=Progress(
+                count=count, done=count - missing, in_progress=0, missing=missing, shards={}
+            ),
+            tallies=dict(sum((Counter(row.tallies) for row in self.rows), Counter())),
+            shards=(),
+            next=None,
+        )
+
+    def rights(self) -> Rights:
+        return rights_of(self.made_spec, {})
 
     def spec(self) -> DatasetSpec:
         return self.made_spec

@@ -68,7 +68,7 @@ def test_an_empty_table_is_a_table(tmp_path: Path) -> None:
 def test_a_table_of_another_version_is_refused_by_name(tmp_path: Path) -> None:
     write_label_table(tmp_path / "t", [factories.label(3)])
     table = pq.read_table(tmp_path / "t")
-    older = table.drop_columns(["affect"]).replace_schema_metadata({"format": "hi5.labels/2"})
+    older = table.drop_columns(["affect"]).replace_schema_metadata({"format": "hi5.labels/3"})
     pq.write_table(older, tmp_path / "older")
     with pytest.raises(NotALabelTable, match=r"hi5\.labels/3.*reads hi5\.labels/4"):
         read_label_table(tmp_path / "older")

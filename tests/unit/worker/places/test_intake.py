@@ -8,10 +8,11 @@ import pytest
 
 from hi5_common.domain.environments import EnvironmentKind
 from hi5_common.domain.errors import InvalidInput
+from hi5_common.own_places import list_own
 from services.worker.places.errors import MissingAsset
 from services.worker.places.exr import read_panorama, write_panorama
 from services.worker.places.intake import MAX_WIDTH_PX, Terms, add_folder, header_size
-from services.worker.places.registry import list_own, own_path
+from services.worker.places.panoramas import own_path
 
 TERMS = Terms(EnvironmentKind.INDOOR, "CC-BY-4.0", "A Test")
 GREY = np.full((32, 64, 3), 0.5, dtype=np.float32)

@@ -6,14 +6,15 @@ import pytest
 
 from hi5_common.domain.environments import EnvironmentKind
 from hi5_common.domain.errors import InvalidInput
+from hi5_common.own_places import list_own
 from hi5_common.version import hi5_version
+from services.worker.places.panoramas import own_path
 from services.worker.places.polyhaven import (
     RESUMES,
     PolyHaven,
     SourceUnreachable,
     WrongChecksum,
 )
-from services.worker.places.registry import list_own, own_path
 from tests.unit.worker.places.panorama_server import ASSET, AUTHOR, Behaviour, picture, serving
 
 

@@ -1,12 +1,12 @@
 """The panoramas a user added or fetched: files in one folder, described by one JSON file each."""
 
 import json
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from hi5_common.domain.environments import EnvironmentEntry, EnvironmentKind, EnvironmentOrigin
-from services.worker.places.errors import MissingAsset
 
 SUFFIXES = (".exr", ".hdr")
 _FOLDERS = {"user": EnvironmentOrigin.USER, "polyhaven": EnvironmentOrigin.POLYHAVEN}
@@ -23,21 +23,6 @@ class OwnPanorama:
     height_px: int
 
 
-def own_path(assets_dir: Path, environment: str) -> Path:
-    """Return the file of a "user:<name>" or "polyhaven:<id>" environment.
-
-    Raises MissingAsset naming the command that brings it.
-    """
-    found = find_own(assets_dir, environment)
-    origin, name = environment.split(":", 1)
-    if found is None:
-        command = "hi5 assets add FOLDER" if origin == "user" else f"hi5 assets fetch {name}"
-        raise MissingAsset(
-            f"environment: {environment!r} is not in {assets_dir}. Bring it with `{command}`."
-        )
-    return assets_dir / origin / found.file_name
-
-
 def find_own(assets_dir: Path, environment: str) -> OwnPanorama | None:
     """Return what is known of a panorama, or None if it or its file is not there."""
     origin, _, name = environment.partition(":")
@@ -46,6 +31,12 @@ def find_own(assets_dir: Path, environment: str) -> OwnPanorama | None:
         return None
     found = _parsed(json.loads(record.read_text("utf-8")))
     return found if (assets_dir / origin / found.file_name).is_file() else None
+
+
+def entries_of(assets_dir: Path, environments: Iterable[str]) -> dict[str, EnvironmentEntry]:
+    """Return what is recorded of those of the environments that are there, by id."""
+    found = {name: find_own(assets_dir, name) for name in environments}
+    return {name: panorama.entry for name, panorama in found.items() if panorama is not None}
 
 
 def list_own(assets_dir: Path) -> list[OwnPanorama]:

@@ -1,0 +1,50 @@
+"""GET a dataset's card: for people, for machines, for whoever asks what is allowed."""
+
+import json
+from uuid import UUID
+
+from fastapi import APIRouter, Request, Response
+
+from hi5_common.cards.croissant import MEDIA_TYPE, croissant
+from hi5_common.cards.datasheet import datasheet
+from hi5_common.domain.rights import Rights
+from services.api.cards import service
+from services.api.cards.service import Asked
+from services.api.parts import Wired
+
+router = APIRouter(prefix="/v1/datasets", tags=["cards"])
+
+MARKDOWN = "text/markdown; charset=utf-8"
+
+
+@router.get(
+    "/{dataset_id}/card",
+    response_class=Response,
+    responses={200: {"content": {"text/markdown": {}}}},
+)
+def get_card(parts: Wired, request: Request, dataset_id: UUID) -> Response:
+    """Return the datasheet as Markdown."""
+    facts = service.facts(parts, _asked(request, dataset_id))
+    return Response(datasheet(facts), media_type=MARKDOWN)
+
+
+@router.get(
+    "/{dataset_id}/croissant",
+    response_class=Response,
+    responses={200: {"content": {"application/ld+json": {}}}},
+)
+def get_croissant(parts: Wired, request: Request, dataset_id: UUID) -> Response:
+    """Return Croissant 1.1 with its RAI fields. Files of many shards are left to the manifest."""
+    asked = _asked(request, dataset_id)
+    document = croissant(service.facts(parts, asked), service.distribution(parts, asked))
+    return Response(json.dumps(document, indent=1, ensure_ascii=False), media_type=MEDIA_TYPE)
+
+
+@router.get("/{dataset_id}/licences")
+def get_licences(parts: Wired, dataset_id: UUID) -> Rights:
+    """Return every asset of a dataset with its licence, and what they allow together."""
+    return service.rights(parts, dataset_id)
+
+
+def _asked(request: Request, dataset_id: UUID) -> Asked:
+    return Asked(dataset_id, str(request.base_url).rstrip("/"))
