@@ -19,6 +19,10 @@ class ShardStatus(StrEnum):
     CANCELLED = "cancelled"
 
 
+TO_COME = frozenset({ShardStatus.PENDING, ShardStatus.LEASED})
+"""Of a shard whose images may still come without anybody asking again."""
+
+
 class DatasetStatus(StrEnum):
     """Derived from the shards: never stored beside them."""
 

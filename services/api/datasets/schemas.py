@@ -47,8 +47,10 @@ class DatasetView(BaseModel):
                 "self": address,
                 "manifest": f"{address}/manifest",
                 "balance": f"{address}/balance",
+                "audit": f"{address}/audit",
                 "events": f"{address}/events",
                 "page": f"/datasets/{dataset.id}",
+                "audit_page": f"/datasets/{dataset.id}/audit",
             },
         )
 

@@ -28,6 +28,7 @@ SPEC = {
         "viewpoint": ["first_person"],
     },
 }
+COMMAND = "hi5 audit ID --out FOLDER"
 TONES = [str(tone) for tone in SKIN_TONE_ITA_DEG]
 
 type Change = Callable[[int, dict[Attribute, str], np.random.Generator], ImageLabel]
@@ -125,7 +126,7 @@ def test_a_pair_that_the_spec_links_is_noted_as_asked_for() -> None:
 def test_nothing_delivered_is_no_error() -> None:
     found = report(stop=0)
     assert found.delivered == 0
-    assert html(found, "empty")
+    assert html(found, "empty", COMMAND)
 
 
 def test_without_pixels_nothing_is_claimed_of_them() -> None:
@@ -161,7 +162,7 @@ class Strict(HTMLParser):
 
 @pytest.mark.parametrize("change", [made, exposed_by_tone])
 def test_the_page_stands_alone_and_escapes_names(change: Change) -> None:
-    page = html(report(change), "<script>alert(1)</script>", ("480 hashed.",))
+    page = html(report(change), "<script>alert(1)</script>", COMMAND, ("480 hashed.",))
     parser = Strict()
     parser.feed(page)
     assert parser.open == []
