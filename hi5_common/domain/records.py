@@ -129,7 +129,10 @@ class Shard:
 
 @dataclass(frozen=True)
 class Dataset:
-    """A submitted spec with its counts of images and shards by status."""
+    """A submitted spec with its counts of images and shards by status.
+
+    images_missing: gaps of the shards that are done.
+    """
 
     id: UUID
     spec: DatasetSpec
@@ -139,9 +142,4 @@ class Dataset:
     shards_by_status: dict[ShardStatus, int]
     images_done: int
     images_in_progress: int
-
-    @property
-    def images_missing(self) -> int:
-        """Return the number of gaps; 0 until every shard is done."""
-        gaps = self.status is DatasetStatus.COMPLETE_WITH_GAPS
-        return self.spec.count - self.images_done if gaps else 0
+    images_missing: int = 0

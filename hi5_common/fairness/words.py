@@ -83,7 +83,7 @@ def _counts(balance: Balance, to_come: int) -> Iterator[Statement]:
         yield _say(
             Verdict.NOTE,
             f"{to_come:,} of {balance.count:,} images are still to come; "
-            "what follows is of those delivered so far.",
+            "this audit is of those delivered so far.",
         )
     if missing:
         yield _say(

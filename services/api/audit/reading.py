@@ -7,6 +7,7 @@ from uuid import UUID
 
 from hi5_common.db import datasets, shards
 from hi5_common.db.engine import Database
+from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import TO_COME, Publication, Shard
 from hi5_common.export.label_table import NotALabelTable
 from hi5_common.fairness.observed import Observed
@@ -23,12 +24,16 @@ NAMED = 8
 
 
 @dataclass
-class _Read:
-    """What has been read so far. unread: why, by the shard's number."""
+class Read:
+    """What has been read of a dataset. unread: why not, by the shard's number."""
 
     observed: Observed
     to_come: int = 0
     unread: dict[int, str] = field(default_factory=dict)
+
+    def counted(self, plan: Plan) -> Fairness:
+        """Return the audit of what was read."""
+        return fairness(self.observed, plan, self.to_come, tuple(_remarks(self)))
 
 
 @dataclass(frozen=True)
@@ -40,21 +45,26 @@ class LabelAudit:
     plans: Plans
 
     def __call__(self, dataset_id: UUID, go_on: Callable[[], None]) -> Fairness:
-        """Audit what is delivered; go_on is called once a shard and may raise to end it.
+        """Audit what is delivered: read and count. Raises as `read` does."""
+        read = self.read(dataset_id, go_on)
+        return read.counted(self.plans.of(read.observed.spec))
+
+    def read(self, dataset_id: UUID, go_on: Callable[[], None]) -> Read:
+        """Read what is delivered; go_on is called once a shard and may raise to end it.
 
         A shard whose table is lost, damaged or of another version is left out and named. Raises
         DatasetNotFound, and what the store raises when it does not answer.
         """
         with self.database.snapshot() as session:
             spec = datasets.spec(session, dataset_id)
-        read = _Read(Observed(spec))
+        read = Read(Observed(spec))
         for shard in self._shards(dataset_id):
             go_on()
             if shard.publication is not None:
-                self._read(read, shard.number, shard.publication)
+                self._add(read, shard.number, shard.publication)
             elif shard.status in TO_COME:
                 read.to_come += shard.stop - shard.start
-        return fairness(read.observed, self.plans.of(spec), read.to_come, tuple(_remarks(read)))
+        return read
 
     def _shards(self, dataset_id: UUID) -> Iterator[Shard]:
         after: int | None = None
@@ -66,7 +76,7 @@ class LabelAudit:
                 return
             after = page[-1].number
 
-    def _read(self, read: _Read, number: int, publication: Publication) -> None:
+    def _add(self, read: Read, number: int, publication: Publication) -> None:
         stored = publication.labels
         try:
             content = self.store.get(stored.key)
@@ -78,7 +88,7 @@ class LabelAudit:
             read.unread[number] = str(error)
 
 
-def _remarks(read: _Read) -> Iterator[Statement]:
+def _remarks(read: Read) -> Iterator[Statement]:
     if not read.unread:
         return
     numbers = ", ".join(map(str, list(read.unread)[:NAMED]))
