@@ -113,7 +113,7 @@ def _follow_with_bar(service: Service, dataset_id: UUID) -> DatasetLine:
                 task,
                 total=dataset.progress.count,
                 completed=seen,
-                status=dataset.status.value,
+                status=state_in_words(dataset),
                 pace=pace.words(dataset.progress.count),
             )
     return dataset
@@ -125,9 +125,15 @@ def _follow_with_lines(service: Service, dataset_id: UUID) -> DatasetLine:
         now_s, seen, count = time.monotonic(), _rendered(dataset), dataset.progress.count
         pace.observe(now_s, seen)
         if now_s >= next_line_s or dataset.status in SETTLED:
-            console.err.print(f"{dataset.status.value} {seen}/{count} {pace.words(count)}")
+            console.err.print(f"{state_in_words(dataset)} {seen}/{count} {pace.words(count)}")
             next_line_s = now_s + QUIET_S
     return dataset
+
+
+def state_in_words(dataset: DatasetLine) -> str:
+    """Return the state, and how many images could not be made."""
+    missing = dataset.progress.missing
+    return dataset.status.value + (f", {missing:,} missing" if missing else "")
 
 
 def _rendered(dataset: DatasetLine) -> int:

@@ -244,9 +244,10 @@ def _record(row: DatasetRow, count: deliveries.Count) -> Dataset:
         status=lifecycle.dataset_status(
             count.shards,
             cancel_requested=row.cancel_requested_at is not None,
-            images_missing=count.images_done < row.image_count,
+            images_missing=count.images_missing > 0,
         ),
         shards_by_status=count.shards,
         images_done=count.images_done,
+        images_missing=count.images_missing,
         images_in_progress=count.images_in_progress,
     )

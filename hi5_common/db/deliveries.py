@@ -19,10 +19,14 @@ from hi5_common.domain.records import Publication, ShardStatus, Tallies
 
 @dataclass(frozen=True)
 class Count:
-    """How many shards of a dataset are in each state that occurs, and how many images."""
+    """How many shards of a dataset are in each state that occurs, and how many images.
+
+    images_missing: gaps of the shards that are done.
+    """
 
     shards: dict[ShardStatus, int]
     images_done: int
+    images_missing: int
     images_in_progress: int
 
 
@@ -34,6 +38,7 @@ def begin(session: Session, dataset_id: UUID, shard_count: int) -> None:
             shard_count=shard_count,
             shards_done=0,
             images_done=0,
+            images_missing=0,
             tallies=asdict(counting.EMPTY),
         )
     )
@@ -52,6 +57,7 @@ def add(session: Session, dataset_id: UUID, publication: Publication) -> None:
         .values(
             shards_done=DeliveryRow.shards_done + 1,
             images_done=DeliveryRow.images_done + publication.image_count,
+            images_missing=DeliveryRow.images_missing + len(publication.gaps),
             tallies=asdict(after),
         )
         .execution_options(synchronize_session=False)
@@ -81,6 +87,7 @@ def counts(session: Session, dataset_ids: Sequence[UUID]) -> dict[UUID, Count]:
             DeliveryRow.shard_count.label("total"),
             DeliveryRow.shards_done.label("done"),
             DeliveryRow.images_done,
+            DeliveryRow.images_missing,
             _of_shards(func.count(), ShardStatus.LEASED).label("leased"),
             _of_shards(func.coalesce(func.sum(ShardRow.progress), 0), ShardStatus.LEASED).label(
                 "in_progress"
@@ -116,5 +123,6 @@ def _count(row: Mapping[Any, Any]) -> Count:
     return Count(
         shards={status: number for status, number in shards.items() if number},
         images_done=int(row["images_done"]),
+        images_missing=int(row["images_missing"]),
         images_in_progress=int(row["in_progress"]),
     )

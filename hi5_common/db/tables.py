@@ -132,6 +132,7 @@ class DeliveryRow(Base):
     shard_count: Mapped[int] = mapped_column(Integer)
     shards_done: Mapped[int] = mapped_column(Integer)
     images_done: Mapped[int] = mapped_column(BigInteger)
+    images_missing: Mapped[int] = mapped_column(BigInteger)
     tallies: Mapped[dict[str, Any]] = mapped_column(JSON)
 
 

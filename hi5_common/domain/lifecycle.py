@@ -66,7 +66,7 @@ def dataset_status(
 ) -> DatasetStatus:
     """Derive a dataset's state from its numbers of shards by state.
 
-    images_missing: fewer images are published than the dataset has.
+    images_missing: a done shard has gaps.
     """
     total = sum(shards.values())
     done = shards.get(_D, 0)

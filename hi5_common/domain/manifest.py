@@ -61,7 +61,7 @@ class ManifestShard(StrictModel):
 class Progress(StrictModel):
     """Images by how far they are. `done` are published; `in_progress` lie on a worker.
 
-    missing: gaps of a dataset whose shards are all done; 0 before. Its manifest names them.
+    missing: gaps of the shards that are done. The manifest names them.
     """
 
     count: int

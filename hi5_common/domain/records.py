@@ -19,6 +19,10 @@ class ShardStatus(StrEnum):
     CANCELLED = "cancelled"
 
 
+TO_COME = frozenset({ShardStatus.PENDING, ShardStatus.LEASED})
+"""Of a shard whose images may still come without anybody asking again."""
+
+
 class DatasetStatus(StrEnum):
     """Derived from the shards: never stored beside them."""
 
@@ -125,7 +129,10 @@ class Shard:
 
 @dataclass(frozen=True)
 class Dataset:
-    """A submitted spec with its counts of images and shards by status."""
+    """A submitted spec with its counts of images and shards by status.
+
+    images_missing: gaps of the shards that are done.
+    """
 
     id: UUID
     spec: DatasetSpec
@@ -135,9 +142,4 @@ class Dataset:
     shards_by_status: dict[ShardStatus, int]
     images_done: int
     images_in_progress: int
-
-    @property
-    def images_missing(self) -> int:
-        """Return the number of gaps; 0 until every shard is done."""
-        gaps = self.status is DatasetStatus.COMPLETE_WITH_GAPS
-        return self.spec.count - self.images_done if gaps else 0
+    images_missing: int = 0

@@ -1,10 +1,11 @@
 """Labels as one Parquet file: a typed column for everything, lossless and byte-reproducible."""
 
+import io
 import itertools
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -81,8 +82,18 @@ def read_label_table(path: Path) -> Iterator[ImageLabel]:
 
     Raises NotALabelTable when the file is something else, at the call and not at the first label.
     """
-    table = _open(path)
+    table = _open(path, str(path))
     return (_label(row) for row in _rows(table))
+
+
+def read_label_columns(
+    content: bytes, name: str, columns: Sequence[str]
+) -> Iterator[dict[str, Any]]:
+    """Yield some columns of a table's bytes, a row a label; "mask.area_px" is part of a struct.
+
+    Raises NotALabelTable, which calls the table `name`, at the call.
+    """
+    return _rows(_open(io.BytesIO(content), name), columns)
 
 
 _WRITER_OPTIONS: dict[str, Any] = {
@@ -95,25 +106,25 @@ _WRITER_OPTIONS: dict[str, Any] = {
 }
 
 
-def _open(path: Path) -> pq.ParquetFile:
+def _open(source: Path | BinaryIO, name: str) -> pq.ParquetFile:
     try:
-        table = pq.ParquetFile(path)
+        table = pq.ParquetFile(source)
     except pa.ArrowInvalid as error:
-        raise NotALabelTable(f"{path} is not a Parquet file: {error}") from error
+        raise NotALabelTable(f"{name} is not a Parquet file: {error}") from error
     found = (table.schema_arrow.metadata or {}).get(b"format", b"").decode()
     if found != FORMAT or not table.schema_arrow.equals(SCHEMA):
         table.close()
         remedy = "Download or render the dataset with this version."
         raise NotALabelTable(
-            f"{path} has format {found or 'unknown'!r}; this hi5 reads {FORMAT}. {remedy}"
+            f"{name} has format {found or 'unknown'!r}; this hi5 reads {FORMAT}. {remedy}"
         )
     return table
 
 
-def _rows(table: pq.ParquetFile) -> Iterator[dict[str, Any]]:
+def _rows(table: pq.ParquetFile, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
     with table:
         for group in range(table.num_row_groups):
-            yield from table.read_row_group(group).to_pylist()
+            yield from table.read_row_group(group, columns).to_pylist()
 
 
 def _row(label: ImageLabel) -> dict[str, Any]:

@@ -12,8 +12,8 @@ from hi5_common.domain.tallies import pair_key, value_key
 from hi5_common.domain.vocabulary import Attribute
 from hi5_common.fairness.observed import I8, Observed
 
-MOST_CELLS = 20_000_000
-"""Cells of a triple that are counted; one of more is left out and named."""
+MOST_CELLS = 2_000_000
+"""Cells of a triple that are counted (50 MB); one of more is left out and named."""
 
 
 class Triple(StrictModel):

@@ -1,9 +1,10 @@
 """Columns over delivered images: attribute values, nuisance factors, looks."""
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -58,14 +59,24 @@ class Observed:
 
     def add(self, label: ImageLabel, look: Look | None) -> None:
         """Add one image. A value that nobody asked for is kept as one more."""
-        self.indices.append(label.index)
-        for name, value in label.attributes.items():
+        self.put(label.index, label.attributes, measures_of(label), look)
+
+    def put(
+        self,
+        index: int,
+        attributes: Mapping[Attribute, str],
+        measures: Mapping[Measure, float],
+        look: Look | None = None,
+    ) -> None:
+        """Add one image whose label was read in part: its values and every nuisance factor."""
+        self.indices.append(index)
+        for name, value in attributes.items():
             numbers = self._numbers[name]
             if value not in numbers:
                 numbers[value] = len(numbers)
                 self._values[name].append(value)
             self._codes[name].append(numbers[value])
-        for measure, number in measures_of(label).items():
+        for measure, number in measures.items():
             self._measures[measure].append(number)
         if look is not None:
             self.looks.append(look)
@@ -85,15 +96,30 @@ class Observed:
 
 def measures_of(label: ImageLabel) -> dict[Measure, float]:
     """Return the nuisance factors of one image; NaN for what its label does not hold."""
-    view, light = label.scene.get("view", {}), label.scene.get("light", {})
-    mask = label.hand_mask or label.mask
+    points, mask = label.keypoints, label.hand_mask or label.mask
+    return measured(
+        label.scene,
+        None if points is None else [point.visibility for point in points],
+        None if mask is None else mask.area_px,
+        label.in_frame_share,
+    )
+
+
+def measured(
+    scene: Mapping[str, Any],
+    visibilities: Sequence[int] | None,
+    area_px: int | None,
+    in_frame_share: float,
+) -> dict[Measure, float]:
+    """Return the nuisance factors of a label's parts; NaN for a part that is None or not told."""
+    view, light = scene.get("view", {}), scene.get("light", {})
     return {
         Measure.EXPOSURE_EV: float(light.get("exposure_ev", np.nan)),
         Measure.DISTANCE_M: float(view.get("distance_m", np.nan)),
         Measure.YAW_DEG: float(view.get("yaw_deg", np.nan)),
-        Measure.HIDDEN_SHARE: _hidden_share(label),
-        Measure.HAND_PX: np.nan if mask is None else float(np.sqrt(mask.area_px)),
-        Measure.IN_FRAME_SHARE: label.in_frame_share,
+        Measure.HIDDEN_SHARE: np.nan if visibilities is None else _hidden_share(visibilities),
+        Measure.HAND_PX: np.nan if area_px is None else float(np.sqrt(area_px)),
+        Measure.IN_FRAME_SHARE: in_frame_share,
     }
 
 
@@ -119,12 +145,6 @@ def bin_names(edges: F8) -> tuple[str, ...]:
     return tuple(f"{low:.3g}..{high:.3g}" for low, high in pairwise(edges.tolist()))
 
 
-def _hidden_share(label: ImageLabel) -> float:
-    if label.keypoints is None:
-        return float("nan")
-    return _share([point.visibility for point in label.keypoints])
-
-
-def _share(visibilities: Sequence[KeypointVisibility]) -> float:
-    hidden = sum(one is KeypointVisibility.SELF_OCCLUDED for one in visibilities)
+def _hidden_share(visibilities: Sequence[int]) -> float:
+    hidden = sum(one == KeypointVisibility.SELF_OCCLUDED for one in visibilities)
     return hidden / len(visibilities)

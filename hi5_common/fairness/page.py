@@ -1,41 +1,73 @@
 """The audit as one HTML file that needs nothing else: no script, no font, no network."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from hi5_common.fairness.association import Association
 from hi5_common.fairness.observed import MEANING
 from hi5_common.fairness.report import Fairness
 from hi5_common.fairness.spreads import MeasureSpread, Spread
+from hi5_common.fairness.words import Verdict
 
+TEMPLATES = Path(__file__).parent / "templates"
+"""audit.html is the whole page, audit_body.html what any page may show of it."""
+STYLES = Path(__file__).parent / "static"
+"""audit.css is for the body on any page that has the colours of frame.css."""
 MOST_ROWS = 20
 """Attributes of more values are drawn as their furthest values only, or not at all."""
-WHITE_ON = 0.55
-"""Heat from which letters on it are white."""
+SHADES = 10
 
 
-def html(report: Fairness, title: str, integrity: tuple[str, ...] = ()) -> str:
-    """Return the page. integrity: what the bytes' own audit found, a line each."""
+def html(report: Fairness, title: str, command: str, integrity: tuple[str, ...] = ()) -> str:
+    """Return the page. command: what audits this dataset's pictures as well.
+
+    integrity: what the bytes' own audit found, a line each.
+    """
     environment = Environment(
-        loader=PackageLoader("hi5_common.fairness", "templates"),
+        loader=FileSystemLoader((TEMPLATES, STYLES)),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
     return environment.get_template("audit.html").render(
-        report=report,
-        title=title,
-        integrity=integrity,
-        matrix=_matrix(report.attributes),
-        nuisance_matrix=_matrix(report.nuisances),
-        boxes=[_boxes(spread) for spread in report.measures],
-        meaning=MEANING,
-        most_rows=MOST_ROWS,
-        white_on=WHITE_ON,
+        title=title, **body(report, command, integrity)
     )
+
+
+def body(report: Fairness, command: str, integrity: tuple[str, ...] = ()) -> dict[str, object]:
+    """Return what audit_body.html needs."""
+    unfair = sum(one.verdict is Verdict.UNFAIR for one in report.statements)
+    return {
+        "report": report,
+        "command": command,
+        "integrity": integrity,
+        "worst": "unfair" if unfair else "fair" if report.delivered else "note",
+        "headline": _headline(report, unfair),
+        "matrix": _matrix(report.attributes),
+        "nuisance_matrix": _matrix(report.nuisances),
+        "boxes": [_boxes(spread) for spread in report.measures],
+        "meaning": MEANING,
+        "most_rows": MOST_ROWS,
+        "shade": _shade,
+    }
+
+
+def _headline(report: Fairness, unfair: int) -> str:
+    if not report.delivered:
+        return "Nothing is delivered yet."
+    of_what = "the labels and pictures" if report.alike else "the labels"
+    found = {0: "Nothing", 1: "One thing"}.get(unfair, f"{unfair} things")
+    so_far = " delivered so far" if report.to_come else ""
+    return f"{found} found to be unfair in {of_what}{so_far}."
+
+
+def _shade(share: float) -> int:
+    """Return a share in tenths: the depth of its colour."""
+    return round(SHADES * min(max(share, 0.0), 1.0))
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """The audit of a dataset's balance: every figure, and what it found in plain words."""
 
+from collections.abc import Sequence
 from itertools import combinations
 
 from hi5_common.domain.balance import Balance
@@ -13,7 +14,7 @@ from hi5_common.fairness.counts import Triple, recounted, triples
 from hi5_common.fairness.observed import Measure, Observed, bin_names, binned
 from hi5_common.fairness.spreads import MeasureSpread, spreads
 from hi5_common.fairness.tones import Tones, tones_of
-from hi5_common.fairness.words import Statement, statements
+from hi5_common.fairness.words import Statement, in_order, statements
 
 FORMAT = "hi5.fairness/1"
 BINS = 5
@@ -23,6 +24,7 @@ BINS = 5
 class Fairness(StrictModel):
     """What the delivered images of a dataset say. tones, alike: None without pixels.
 
+    to_come: images that are neither delivered nor given up.
     balance counts labels, not the plan: requested, planned and delivered by value and pair.
     attributes: associations of every two attributes that vary; nuisances: of an attribute with a
     nuisance factor in BINS bins of equal numbers of images.
@@ -31,6 +33,7 @@ class Fairness(StrictModel):
     format: str = FORMAT
     spec: DatasetSpec
     delivered: int
+    to_come: int = 0
     statements: tuple[Statement, ...]
     balance: Balance
     triples: tuple[Triple, ...]
@@ -41,8 +44,10 @@ class Fairness(StrictModel):
     alike: Alike | None
 
 
-def fairness(observed: Observed, plan: Plan) -> Fairness:
-    """Audit what was observed of a plan's images."""
+def fairness(
+    observed: Observed, plan: Plan, to_come: int = 0, remarks: Sequence[Statement] = ()
+) -> Fairness:
+    """Audit what was observed of a plan's images; remarks are of the observing itself."""
     balance = recounted(observed, plan)
     attributes, nuisances = _associations(observed, plan)
     tones = tones_of(observed)
@@ -51,7 +56,10 @@ def fairness(observed: Observed, plan: Plan) -> Fairness:
     return Fairness(
         spec=plan.spec,
         delivered=len(observed),
-        statements=statements(plan, balance, attributes, nuisances, tones, found),
+        to_come=to_come,
+        statements=in_order(
+            (*remarks, *statements(plan, balance, attributes, nuisances, tones, found, to_come))
+        ),
         balance=balance,
         triples=triples(observed, plan),
         attributes=attributes,

@@ -6,7 +6,6 @@ angles lie.) Light and exposure are part of it: a dark hand in the sun may look 
 """
 
 import numpy as np
-from scipy.stats import spearmanr
 
 from hi5_common.domain.strict import StrictModel
 from hi5_common.domain.vocabulary import SKIN_TONE_ITA_DEG, Attribute, skin_tone_ita_deg
@@ -125,4 +124,6 @@ def _order(nominal: F8, apparent: F8) -> float | None:
     """Return Spearman's rank correlation, None where one side does not vary."""
     if not np.ptp(nominal) or not np.ptp(apparent):
         return None
+    from scipy.stats import spearmanr  # more than a second that the service's start can do without
+
     return float(spearmanr(nominal, apparent).statistic)

@@ -51,17 +51,23 @@ def statements(
     nuisances: Iterable[Association],
     tones: Tones | None,
     alike: Alike | None,
+    to_come: int = 0,
 ) -> tuple[Statement, ...]:
-    """Say what was found: what is unfair first."""
+    """Say what was found: what is unfair first. to_come: missing images that are being made."""
     attributes, nuisances = tuple(attributes), tuple(nuisances)
     tests = len(attributes) + len(nuisances)
     said = [
-        *_counts(balance),
+        *_counts(balance, to_come),
         *_pairs(plan, balance, attributes, tests),
         *_nuisances(nuisances, tests),
         *_tones(tones),
         *_alike(alike),
     ]
+    return in_order(said)
+
+
+def in_order(said: Iterable[Statement]) -> tuple[Statement, ...]:
+    """Return statements, what is unfair first."""
     order = list(Verdict)
     return tuple(sorted(said, key=lambda one: order.index(one.verdict)))
 
@@ -71,9 +77,15 @@ def depends(one: Association, tests: int) -> bool:
     return one.p < SURE / max(tests, 1) and one.corrected_v >= WEAK_V
 
 
-def _counts(balance: Balance) -> Iterator[Statement]:
-    if balance.delivered < balance.count:
-        missing = balance.count - balance.delivered
+def _counts(balance: Balance, to_come: int) -> Iterator[Statement]:
+    missing = balance.count - balance.delivered - to_come
+    if to_come:
+        yield _say(
+            Verdict.NOTE,
+            f"{to_come:,} of {balance.count:,} images are still to come; "
+            "this audit is of those delivered so far.",
+        )
+    if missing:
         yield _say(
             Verdict.UNFAIR if balance.delivered else Verdict.NOTE,
             f"{missing:,} of {balance.count:,} images are not delivered; "
@@ -137,7 +149,6 @@ def _nuisances(nuisances: tuple[Association, ...], tests: int) -> Iterator[State
 
 def _tones(tones: Tones | None) -> Iterator[Statement]:
     if tones is None:
-        yield _say(Verdict.NOTE, "The pictures were not looked at: tones are the labels' word.")
         return
     for row in tones.tones:
         own = f"{row.own_share:.0%} of the {row.images:,} hands of tone {row.tone} look like it"
@@ -167,6 +178,7 @@ def _tones(tones: Tones | None) -> Iterator[Statement]:
 
 def _alike(alike: Alike | None) -> Iterator[Statement]:
     if alike is None:
+        yield _say(Verdict.NOTE, "The pictures were not looked at: tones are the labels' word.")
         return
     if alike.identical:
         named = ", ".join(f"{b} as {a}" for a, b in alike.identical_pairs[:NAMED])

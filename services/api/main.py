@@ -15,6 +15,7 @@ from hi5_common.settings import Settings
 from hi5_common.storage.open import open_store
 from hi5_common.version import hi5_version
 from services.api import errors
+from services.api.audit.routes import router as audit
 from services.api.balance.routes import router as balance
 from services.api.cards.routes import router as cards
 from services.api.catalogue.routes import router as catalogue
@@ -32,7 +33,19 @@ from services.api.problems import MEDIA_TYPE, ProblemDetails
 from services.api.settings import ApiSettings
 from services.api.shield import Shield
 
-ROUTERS = (datasets, manifest, balance, cards, images, objects, plans, catalogue, health, dashboard)
+ROUTERS = (
+    datasets,
+    manifest,
+    balance,
+    audit,
+    cards,
+    images,
+    objects,
+    plans,
+    catalogue,
+    health,
+    dashboard,
+)
 
 
 def create_app() -> FastAPI:
@@ -48,11 +61,12 @@ def create_app() -> FastAPI:
 
 
 def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
-    """Put an application together from its parts; it disposes of the database at its end."""
+    """Put an application together from its parts; it closes audits and database at its end."""
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         yield
+        parts.audits.close()
         parts.database.dispose()
 
     app = FastAPI(
@@ -67,6 +81,7 @@ def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
     )
     app.state.parts = parts
     app.state.max_body_bytes = api_settings.max_body_bytes
+    app.state.max_audit_images = api_settings.max_audit_images
     errors.install(app)
     for router in ROUTERS:
         app.include_router(router)

@@ -16,3 +16,6 @@ class ApiSettings(BaseSettings):
 
     max_body_bytes: int = Field(1 << 20, ge=1024)
     """The largest request body; counted while it streams in, whatever it claims to be."""
+
+    max_audit_images: int = Field(200_000, ge=0)
+    """Delivered images of a dataset that the service audits at most; 0 leaves audits to `hi5`."""

@@ -95,6 +95,15 @@ def test_gaps_are_told_and_no_picture_is_asked_for_where_there_is_none(world: Wo
     assert "data-post" not in html
 
 
+def test_gaps_are_told_while_a_dataset_runs(world: World) -> None:
+    dataset_id = world.submit(count=8)
+    world.deliver(2)
+    assert "1 could not be made" in page(world, dataset_id)
+    assert "1 could not be made" in world.client.get("/").text
+    progress = world.client.get(f"/v1/datasets/{dataset_id}").json()["progress"]
+    assert (progress["done"], progress["missing"]) == (3, 1)
+
+
 def test_balance_bars_show_requested_planned_and_delivered(world: World) -> None:
     dataset_id = world.submit(attributes={"gender": {"male": 9, "female": 3}})
     html = page(world, dataset_id)

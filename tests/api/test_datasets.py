@@ -111,6 +111,14 @@ def test_a_complete_dataset_cannot_be_cancelled(world: World) -> None:
     assert answer.json()["problems"][0]["value"] == "complete"
 
 
+def test_gaps_are_not_retried_and_that_is_said(world: World) -> None:
+    dataset_id = world.submit(count=4)
+    world.deliver(2)
+    answer = world.client.post(f"/v1/datasets/{dataset_id}/retry")
+    assert answer.status_code == 409
+    assert "gaps, which are not drawn again" in answer.json()["problems"][0]["remedy"]
+
+
 def test_retry_revives_failed_shards_and_rings(world: World) -> None:
     dataset_id = world.submit()
     assert world.rung(3)

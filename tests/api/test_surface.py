@@ -63,10 +63,11 @@ def test_the_schema_spells_the_vocabulary_out(shared_world: World) -> None:
 def test_openapi_lists_every_route_of_the_api(shared_world: World) -> None:
     document = shared_world.client.get("/openapi.json").json()
     dataset = "/v1/datasets/{dataset_id}"
+    parts = ("manifest", "balance", "audit", "events", "cancel", "retry")
     assert set(document["paths"]) == {
         "/v1/datasets",
         dataset,
-        *(f"{dataset}/{part}" for part in ("manifest", "balance", "events", "cancel", "retry")),
+        *(f"{dataset}/{part}" for part in parts),
         *(f"{dataset}/{part}" for part in ("card", "croissant", "licences")),
         f"{dataset}/images/{{index}}",
         f"{dataset}/images/{{index}}/labels",

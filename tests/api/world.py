@@ -4,6 +4,7 @@ import hashlib
 import io
 import json
 import tarfile
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ from hi5_common.domain.records import (
     without_gaps,
 )
 from hi5_common.domain.retry import FailureKind
+from hi5_common.export.label_table import write_label_table
 from hi5_common.queue.memory import MemoryDoorbell
 from hi5_common.settings import Settings
 from hi5_common.storage.local import LocalFolder
@@ -126,10 +128,22 @@ def publish(
     prefix = keys.shard_prefix(shard.dataset_id, shard.number, shard.attempt)
     stored = [
         _put(store, f"{prefix}/{name}", data)
-        for name, data in ((keys.SAMPLES, tar), (keys.LABELS, b"PAR1"), (keys.MEMBERS, members))
+        for name, data in (
+            (keys.SAMPLES, tar),
+            (keys.LABELS, table(labels)),
+            (keys.MEMBERS, members),
+        )
     ]
     counted = tallies.tally((label.attributes for label in labels), plan.crossed)
     return Publication(stored[0], stored[1], stored[2], len(labels), counted, gaps)
+
+
+def table(labels: Sequence[ImageLabel]) -> bytes:
+    """Return labels as the bytes of a table."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / keys.LABELS
+        write_label_table(path, labels)
+        return path.read_bytes()
 
 
 def _tar(files: Mapping[str, bytes]) -> tuple[bytes, bytes]:
@@ -160,15 +174,19 @@ def _put(store: LocalFolder, key: str, data: bytes) -> StoredObject:
 
 
 @contextmanager
-def a_world(folder: Path) -> Iterator[World]:
-    """Start an API over an empty database and store in `folder`; stop it at the end."""
+def a_world(folder: Path, **api: int) -> Iterator[World]:
+    """Start an API over an empty database and store in `folder`; stop it at the end.
+
+    api: the API's own settings that are not as they come.
+    """
     settings = Settings(data_dir=folder, database_url=f"sqlite:///{folder / 'hi5.sqlite'}")
     migrate.upgrade(settings.database_url)
     doorbell, store = MemoryDoorbell(), LocalFolder(folder / "store")
     database = open_database(settings.database_url)
     parts = Parts.of(settings, database, store, doorbell)
     try:
-        with serving(assemble(parts, ApiSettings())) as url, httpx.Client(base_url=url) as client:
+        app = assemble(parts, ApiSettings().model_copy(update=api))
+        with serving(app) as url, httpx.Client(base_url=url) as client:
             yield World(parts, doorbell, store, client)
     finally:
         database.dispose()

@@ -8,7 +8,7 @@ import pytest
 
 from hi5_common.db import datasets, deliveries, errors, shards
 from hi5_common.db.engine import Database
-from hi5_common.domain.records import Shard, Tallies
+from hi5_common.domain.records import DatasetStatus, Shard, Tallies
 from tests.support import factories
 
 WORKERS = 8
@@ -55,6 +55,22 @@ def test_a_finish_that_is_rolled_back_or_sent_again_counts_once(database: Databa
     with database.snapshot() as session:
         assert deliveries.tallies(session, made.id).values["gender=male"] == 2
         assert datasets.get(session, made.id).images_done == 2
+
+
+def test_gaps_are_counted_as_each_shard_is_published(database: Database) -> None:
+    made = factories.dataset(database, count=6, size=2)
+    told = []
+    for missing in ((), (2,), (5,)):
+        shard = claimed(database)
+        with database.transaction() as session:
+            published = factories.publication(shard, missing=missing)
+            shards.finish(session, shard.id, shard.attempt, "w", published)
+        with database.snapshot() as session:
+            seen = datasets.get(session, made.id)
+        told.append((seen.status, seen.images_done, seen.images_missing))
+    running = DatasetStatus.RUNNING
+    ended = DatasetStatus.COMPLETE_WITH_GAPS
+    assert told == [(running, 2, 0), (running, 3, 1), (ended, 4, 2)]
 
 
 def test_finishing_while_the_dataset_is_deleted_blocks_nobody(database: Database) -> None:

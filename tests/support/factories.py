@@ -1,10 +1,11 @@
 """Datasets and publications for tests of the fleet."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hi5_common.db import datasets
 from hi5_common.db.engine import Database
-from hi5_common.domain.records import Dataset, Publication, Shard, StoredObject, Tallies
+from hi5_common.domain.records import Dataset, Gap, Publication, Shard, StoredObject, Tallies
 from hi5_common.domain.sharding import ShardRange, shard_ranges
 from hi5_common.domain.spec import DatasetSpec, parse_spec
 
@@ -32,13 +33,16 @@ def dataset(database: Database, count: int = 6, size: int = 2, **changes: object
         return datasets.create(session, spec(count, size, **changes), Cut(count, size)).dataset
 
 
-def publication(shard: Shard, tallies: Tallies | None = None) -> Publication:
-    """Return a publication that holds as many images as the shard."""
+def publication(
+    shard: Shard, tallies: Tallies | None = None, missing: Sequence[int] = ()
+) -> Publication:
+    """Return a publication that holds the shard's images but the missing ones."""
     samples, labels, members = (
         StoredObject(f"{shard.dataset_id}/{shard.number}/{shard.attempt}/{name}", 10, "a" * 64)
         for name in ("samples.tar", "labels.parquet", "members.json")
     )
-    count = shard.stop - shard.start
+    gaps = tuple(Gap(index, "failed 5 times") for index in missing)
+    count = shard.stop - shard.start - len(gaps)
     return Publication(
-        samples, labels, members, count, tallies or Tallies({"gender=male": count}, {})
+        samples, labels, members, count, tallies or Tallies({"gender=male": count}, {}), gaps
     )

@@ -113,9 +113,10 @@ def _write(out: Path, dataset: str, report: AuditReport, observed: "Observed") -
     from hi5_common.fairness.page import html
     from hi5_common.fairness.report import fairness
 
-    found = fairness(observed, Plan.of(observed.spec))
+    found = fairness(observed, Plan.of(observed.spec), report.to_come)
     (out / "audit.json").write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
-    page = html(found, observed.spec.name or dataset, tuple(summary(report)))
+    command = f"hi5 audit {dataset} --out {out}"
+    page = html(found, observed.spec.name or dataset, command, tuple(summary(report)))
     (out / "audit.html").write_text(page, encoding="utf-8")
     for one in found.statements:
         console.err.print(escape(f"{one.verdict.value}: {one.text}"))

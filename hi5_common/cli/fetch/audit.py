@@ -19,7 +19,7 @@ from hi5_common.domain import tallies
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.manifest import ManifestObject, ManifestShard
 from hi5_common.domain.plan import Plan
-from hi5_common.domain.records import Gap, Redraw, ShardStatus
+from hi5_common.domain.records import TO_COME, Gap, Redraw, ShardStatus
 from hi5_common.domain.spec import DatasetSpec, ImageFormat
 from hi5_common.export.label_table import NotALabelTable, read_label_table
 
@@ -59,6 +59,8 @@ class AuditReport:
     findings: tuple[Finding, ...]
     gaps: tuple[Gap, ...] = ()
     redrawn: tuple[Redraw, ...] = ()
+    to_come: int = 0
+    """Of the unpublished images those that a worker has or will get."""
 
     @property
     def unpublished(self) -> int:
@@ -92,6 +94,7 @@ def audit(
         objects=len(objects),
         size_bytes=sum(item.size_bytes for item in objects),
         findings=tuple(findings),
+        to_come=sum(shard.stop - shard.start for shard in shards if shard.status in TO_COME),
     )
 
 

@@ -8,6 +8,9 @@ from pydantic import Field
 
 from hi5_common.domain.spec import MAX_COUNT
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, SKELETON, Attribute
+from hi5_common.fairness.page import body
+from services.api.audit.routes import RETRY_AFTER_S, MaxImages
+from services.api.audit.service import audited
 from services.api.balance.service import balance
 from services.api.dashboard.charts import bar_chart, crossed, fixed, heat_table
 from services.api.dashboard.gallery import gallery
@@ -62,4 +65,18 @@ def show_dataset(
         attributes=among,
         more=[attribute for attribute in among if attribute not in ALWAYS_BALANCED],
         skeleton=SKELETON,
+    )
+
+
+@router.get("/datasets/{dataset_id}/audit")
+def show_audit(parts: Wired, request: Request, dataset_id: UUID, max_images: MaxImages) -> Response:
+    """Show what delivered labels say of a dataset's balance, or that this is being counted."""
+    found = audited(parts, dataset_id, max_images)
+    return page(
+        request,
+        "dataset_audit.html",
+        dataset=DatasetView.of(found.dataset),
+        audited=found,
+        refresh_s=RETRY_AFTER_S,
+        **({} if found.report is None else body(found.report, found.command)),
     )

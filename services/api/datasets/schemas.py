@@ -47,11 +47,13 @@ class DatasetView(BaseModel):
                 "self": address,
                 "manifest": f"{address}/manifest",
                 "balance": f"{address}/balance",
+                "audit": f"{address}/audit",
                 "events": f"{address}/events",
                 "card": f"{address}/card",
                 "croissant": f"{address}/croissant",
                 "licences": f"{address}/licences",
                 "page": f"/datasets/{dataset.id}",
+                "audit_page": f"/datasets/{dataset.id}/audit",
             },
         )
 

@@ -64,9 +64,15 @@ def cancel(parts: Parts, dataset_id: UUID) -> Dataset:
 
 
 def retry(parts: Parts, dataset_id: UUID) -> Retried:
-    """Make failed shards pending again. Raises DatasetNotFound, ApiError 409 when cancelled."""
+    """Make failed shards pending again.
+
+    Raises DatasetNotFound, ApiError 409 when cancelled or complete but for gaps.
+    """
     with parts.database.transaction() as session:
-        _refuse_if(datasets.get(session, dataset_id), DatasetStatus.CANCELLED, "was cancelled")
+        dataset = datasets.get(session, dataset_id)
+        _refuse_if(dataset, DatasetStatus.CANCELLED, "was cancelled")
+        with_gaps = "is complete but for its gaps, which are not drawn again"
+        _refuse_if(dataset, DatasetStatus.COMPLETE_WITH_GAPS, with_gaps)
         count = datasets.retry_failed(session, dataset_id)
         session.expire_all()
         dataset = datasets.get(session, dataset_id)

@@ -1,6 +1,7 @@
 """From a cell of the plan to a resolved scene: every free factor drawn by its own key."""
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol, Self
@@ -106,21 +107,13 @@ def sample_scene(
         if twin.gender not in held:
             held[twin.gender] = _Held.of(spec, twin, hands, rng_of)
     first, own = held[twins[0].gender], held[cell.gender]
-    for attempt in range(MAX_VIEW_ATTEMPTS):
-        stance, view, placed, camera = _draw_attempt(
-            spec, twins[0], partial(rng_of, attempt=attempt), first.viewed
-        )
-        views = (one.viewed.placed(placed) for one in held.values())
-        if all(view_will_do(camera, viewed, stance) for viewed in views):
-            break
-    else:
-        raise NoViewFound(f"Image {index}: none of {MAX_VIEW_ATTEMPTS} views shows the hand.")
+    shot = _Shot.of(spec, twins[0], rng_of, [one.viewed for one in held.values()])
+    placed, camera = shot.hand_to_world, shot.camera
     if prepare is not None:
         prepare(cell.gender, camera, transformed(placed, own.posed.keypoints_m))
     skin_m = transformed(placed, first.posed.vertices_m)
-    light = _draw_light(
-        cell.environment, Seen(camera, skin_m, first.hand.model.hand_quads()), rng_of
-    )
+    seen = Seen(camera, skin_m, first.hand.model.hand_quads())
+    light = _draw_light(cell.environment, seen, rng_of)
     return HandScene(
         index=index,
         cell=cell,
@@ -128,13 +121,13 @@ def sample_scene(
         blend=own.posture.blend,
         phase=own.posture.phase,
         angles=own.posture.angles,
-        stance=stance,
-        view=view,
+        stance=shot.stance,
+        view=shot.view,
         hand_to_world=placed,
         camera=camera,
         light=light,
         skin=_draw_skin(cell, own.shape.age_years, rng_of),
-        view_attempt=attempt,
+        view_attempt=shot.attempt,
         render_seed=render_seed(seed, number),
         draw=take.draw,
         split=plan.split_of(index),
@@ -166,6 +159,48 @@ class _Held:
         return cls(shape, hand, posture, posed, worn, viewed)
 
 
+@dataclass(frozen=True, eq=False)
+class _Shot:
+    """Where the hand and the camera stand, and how many views were rejected before."""
+
+    attempt: int
+    stance: Stance
+    view: PolarView
+    hand_to_world: Array
+    camera: Camera
+
+    @classmethod
+    def of(
+        cls,
+        spec: DatasetSpec,
+        cell: Cell,
+        rng_of: Callable[..., np.random.Generator],
+        hands: Sequence[ViewedHand],
+    ) -> Self:
+        """Draw views of the first hand until one will do for all hands. Raises NoViewFound."""
+        for attempt in range(MAX_VIEW_ATTEMPTS):
+            shot = cls._drawn(attempt, spec, cell, partial(rng_of, attempt=attempt), hands[0])
+            placed = (hand.placed(shot.hand_to_world) for hand in hands)
+            if all(view_will_do(shot.camera, hand, shot.stance) for hand in placed):
+                return shot
+        raise NoViewFound(f"None of {MAX_VIEW_ATTEMPTS} views shows the hand.")
+
+    @classmethod
+    def _drawn(
+        cls, attempt: int, spec: DatasetSpec, cell: Cell, rng_of: FactorRng, viewed: ViewedHand
+    ) -> Self:
+        stance = draw_stance(rng_of("stance"))
+        placed = hand_to_world(stance, cell)
+        hand_m = viewed.hand_m
+        middle_m = (hand_m.min(axis=0) + hand_m.max(axis=0)) / 2.0
+        radius_m = float(np.linalg.norm(hand_m - middle_m, axis=1).max())
+        shares, lens_rng = viewed.shares, rng_of("lens")
+        lens, distance_m = draw_lens(cell.viewpoint, spec.image, radius_m, shares, lens_rng)
+        view = draw_view(cell.viewpoint, lens, radius_m, distance_m, rng_of("view"))
+        target_m = transformed(placed, middle_m[None])[0]
+        return cls(attempt, stance, view, placed, camera_at(view, target_m, lens))
+
+
 def hand_to_world(stance: Stance, cell: Cell) -> Array:
     """Return the (4, 4) transform that stands the elbow frame in the world, wrist at the origin."""
     forearm = polar_direction(stance.azimuth_deg, stance.elevation_deg)
@@ -176,21 +211,6 @@ def hand_to_world(stance: Stance, cell: Cell) -> Array:
     matrix = np.eye(4)
     matrix[:3, :3] = target.T @ source
     return matrix
-
-
-def _draw_attempt(
-    spec: DatasetSpec, cell: Cell, rng_of: FactorRng, viewed: ViewedHand
-) -> tuple[Stance, PolarView, Array, Camera]:
-    stance = draw_stance(rng_of("stance"))
-    placed = hand_to_world(stance, cell)
-    hand_m = viewed.hand_m
-    middle_m = (hand_m.min(axis=0) + hand_m.max(axis=0)) / 2.0
-    radius_m = float(np.linalg.norm(hand_m - middle_m, axis=1).max())
-    shares, lens_rng = viewed.shares, rng_of("lens")
-    lens, distance_m = draw_lens(cell.viewpoint, spec.image, radius_m, shares, lens_rng)
-    view = draw_view(cell.viewpoint, lens, radius_m, distance_m, rng_of("view"))
-    target_m = transformed(placed, middle_m[None])[0]
-    return stance, view, placed, camera_at(view, target_m, lens)
 
 
 def _draw_skin(cell: Cell, age_years: float, rng_of: FactorRng) -> Skin:

@@ -43,5 +43,12 @@ def test_what_is_still_to_come_is_not_observed(pixels: bool) -> None:
         update={"status": ShardStatus.PENDING, "objects": ()}
     )
     observing = Observing(Observed(dataset.spec()), pixels)
-    list(audit(dataset, observing))
+    *_, last = audit(dataset, observing)
+    assert isinstance(last, AuditReport)
     assert len(observing.observed) == 0
+    first = dataset.rows[0]
+    assert last.to_come == first.stop - first.start
+    dataset.rows[0] = first.model_copy(update={"status": ShardStatus.FAILED})
+    *_, last = audit(dataset, None)
+    assert isinstance(last, AuditReport)
+    assert (last.to_come, last.unpublished) == (0, first.stop - first.start)

@@ -40,6 +40,14 @@ def test_long_times_have_hours() -> None:
     assert pace.words(7262).endswith("2:01:01 left")
 
 
+def test_gaps_are_told_while_a_dataset_runs() -> None:
+    line = Flaky(DatasetStatus.RUNNING).dataset(UUID(int=1))
+    assert following.state_in_words(line) == "running"
+    progress = line.progress.model_copy(update={"missing": 1200})
+    line = line.model_copy(update={"progress": progress})
+    assert following.state_in_words(line) == "running, 1,200 missing"
+
+
 class Flaky:
     """A service whose answers are prepared; None stands for no answer."""
 

@@ -53,9 +53,10 @@ def test_a_failed_shard_has_a_reason_and_nothing_else() -> None:
 def test_progress_counts_every_status_also_those_with_no_shard() -> None:
     spec = parse_spec({"count": 40})
     status = DatasetStatus.RUNNING
-    dataset = Dataset(ID, spec, CREATED, None, status, {ShardStatus.DONE: 3}, 12, 5)
+    dataset = Dataset(ID, spec, CREATED, None, status, {ShardStatus.DONE: 3}, 10, 5, 2)
     progress = progress_of(dataset)
-    assert (progress.count, progress.done, progress.in_progress) == (40, 12, 5)
+    assert (progress.count, progress.done, progress.in_progress) == (40, 10, 5)
+    assert progress.missing == 2
     assert progress.shards == dict.fromkeys(ShardStatus, 0) | {ShardStatus.DONE: 3}
 
 

@@ -28,6 +28,7 @@ SPEC = {
         "viewpoint": ["first_person"],
     },
 }
+COMMAND = "hi5 audit ID --out FOLDER"
 TONES = [str(tone) for tone in SKIN_TONE_ITA_DEG]
 
 type Change = Callable[[int, dict[Attribute, str], np.random.Generator], ImageLabel]
@@ -60,7 +61,9 @@ def dark_by_night(index: int, values: dict[Attribute, str], rng: np.random.Gener
     return made(index, values, rng)
 
 
-def report(change: Change = made, stop: int | None = None, *, looked: bool = True) -> Fairness:
+def report(
+    change: Change = made, stop: int | None = None, *, looked: bool = True, to_come: int = 0
+) -> Fairness:
     plan = Plan.of(parse_spec(SPEC))
     observed, rng = Observed(plan.spec), np.random.default_rng(1)
     for index, cell in enumerate(plan.cells(0, stop)):
@@ -70,7 +73,7 @@ def report(change: Change = made, stop: int | None = None, *, looked: bool = Tru
         hash64 = int(rng.integers(2**63))
         look = Look(float(lightness), 20.0, hash64, index.to_bytes(32))
         observed.add(label, look if looked else None)
-    return fairness(observed, plan)
+    return fairness(observed, plan, to_come)
 
 
 def said(found: Fairness, verdict: Verdict) -> list[str]:
@@ -109,6 +112,22 @@ def test_what_is_missing_is_said_first() -> None:
     assert found.balance.worst_delivered_deviation <= 2.0
 
 
+def test_what_is_still_to_come_is_not_unfair() -> None:
+    found = report(stop=300, to_come=180)
+    assert said(found, Verdict.UNFAIR) == []
+    assert said(found, Verdict.NOTE)[0].startswith("180 of 480 images are still to come")
+    page = html(found, "running", COMMAND)
+    assert "Nothing found to be unfair in the labels and pictures delivered so far." in page
+    lost = report(stop=300, to_come=100)
+    assert said(lost, Verdict.UNFAIR)[0].startswith("80 of 480 images are not delivered")
+    assert "One thing found to be unfair" in html(lost, "running", COMMAND)
+
+
+def test_a_page_without_pixels_says_what_looks_at_them() -> None:
+    assert f"<code>{COMMAND}</code>" in html(report(looked=False), "labels", COMMAND)
+    assert COMMAND not in html(report(), "pictures", COMMAND)
+
+
 def test_a_pair_that_the_spec_links_is_noted_as_asked_for() -> None:
     asked = {"of": {"skin_tone": ["dark"], "environment": ["night"]}, "count": 80}
     plan = Plan.of(parse_spec(SPEC | {"combinations": [asked]}))
@@ -125,7 +144,7 @@ def test_a_pair_that_the_spec_links_is_noted_as_asked_for() -> None:
 def test_nothing_delivered_is_no_error() -> None:
     found = report(stop=0)
     assert found.delivered == 0
-    assert html(found, "empty")
+    assert html(found, "empty", COMMAND)
 
 
 def test_without_pixels_nothing_is_claimed_of_them() -> None:
@@ -161,7 +180,7 @@ class Strict(HTMLParser):
 
 @pytest.mark.parametrize("change", [made, exposed_by_tone])
 def test_the_page_stands_alone_and_escapes_names(change: Change) -> None:
-    page = html(report(change), "<script>alert(1)</script>", ("480 hashed.",))
+    page = html(report(change), "<script>alert(1)</script>", COMMAND, ("480 hashed.",))
     parser = Strict()
     parser.feed(page)
     assert parser.open == []
