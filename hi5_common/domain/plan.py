@@ -33,7 +33,7 @@ from hi5_common.domain.vocabulary import (
     WristWear,
 )
 
-ALGORITHM = "woven-1"
+ALGORITHM = "woven-2"
 PLANNED_BY = {"seed", "count", "attributes", "combinations"}
 """The fields of a spec that an order depends on."""
 CHUNK = 1 << 14
