@@ -34,7 +34,7 @@ from hi5_common.domain.vocabulary import (
     WristWear,
 )
 
-ALGORITHM = "woven-1"
+ALGORITHM = "woven-2"
 CHUNK = 1 << 14
 
 

@@ -19,8 +19,13 @@ SMALLEST, LOOKED_AT = 3, 100
 """All sets of so many demands or fewer are looked through for the smallest that clash, if there are
 so many sets or fewer; else demands are left out one by one."""
 _FITTINGS = 200
-_NOISE = 1e-3
-"""Of a weight: it makes one of several equally good answers the best."""
+_TIES = 1e-3
+"""What an image of a combination costs at most, in distances: it makes one of several equally good
+answers the best. (Noise in the weight of distances would not, where a half is rounded.)"""
+_SCALE = 1e3
+"""Of costs: the solver takes answers that are less than a millionth apart for equally good."""
+_FOUND, _NONE = 0, 2
+"""What SciPy's `milp` says where it has the best answer, and where there is none."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +67,8 @@ class Linked:
 
     def solved(self, rng: np.random.Generator) -> Ints | None:
         """Return the images (cells,) of every combination; None if the demands clash."""
-        weights = 1.0 + _NOISE * rng.random(len(self.combinations))
-        return self._program(range(len(self.demands)), self._independent(), weights)
+        ties = _TIES * rng.random(len(self.combinations))
+        return self._program(range(len(self.demands)), self._independent(), ties)
 
     def clash(self) -> tuple[int, ...]:
         """Return the numbers of demands that cannot be met together; empty if all can.
@@ -100,13 +105,15 @@ class Linked:
         own = sp.hstack([marks, sp.eye(demands), -sp.eye(demands)])
         counts = np.array([demand.count for demand in self.demands], dtype=np.float64)
         costs = np.concatenate([np.zeros(cells), np.ones(2 * demands)])
+        most = np.full_like(costs, np.inf)
         limits = [(sp.hstack([rows, slack]), low, high), (own, counts, counts)]
-        found = _solved(costs, cells + 2 * demands, limits)
-        return None if found is None else tuple(np.rint(marks @ found[:cells]).astype(int).tolist())
+        found = _solved(costs, most, limits)
+        return None if found is None else tuple((marks @ found[:cells]).astype(int).tolist())
 
     def _possible(self, numbers: Sequence[int]) -> bool:
-        cells = len(self.combinations)
-        return _solved(np.zeros(cells), cells, self._exact(numbers)) is not None
+        nothing = np.zeros(len(self.combinations))
+        most = np.full_like(nothing, self.count)
+        return _solved(nothing, most, self._exact(numbers)) is not None
 
     def _exact(self, numbers: Sequence[int]) -> list[tuple[Any, Any, Any]]:
         """Return the limits that the attributes' counts and demands set: rows, least and most."""
@@ -118,20 +125,27 @@ class Linked:
             limits.append((sp.csr_matrix(self._marked(demand)), demand.count, demand.count))
         return limits
 
-    def _program(self, numbers: Sequence[int], wanted: Floats, weights: Floats) -> Ints | None:
-        """Return whole numbers (cells,) near `wanted`: the weighted sum of distances is least."""
+    def _program(self, numbers: Sequence[int], wanted: Floats, ties: Floats) -> Ints | None:
+        """Return whole numbers (cells,) near `wanted`: the sum of distances, with `ties`, is least.
+
+        Each is the whole part of what is wanted, less some images, with the one that rounds it up,
+        and more: whole numbers alone, of which the solver's answer is exact.
+        """
         import scipy.sparse as sp
 
-        cells = len(wanted)
+        whole = np.floor(wanted)
         limits = [
-            (sp.hstack([rows, sp.csr_matrix(rows.shape)]), low, high)
+            (sp.hstack([-rows, rows, rows]), low - rows @ whole, high - rows @ whole)
             for rows, low, high in self._exact(numbers)
         ]
-        one = sp.eye(cells)
-        limits.append((sp.hstack([one, -one]), -np.inf, wanted))
-        limits.append((sp.hstack([-one, -one]), -np.inf, -wanted))
-        found = _solved(np.concatenate([np.zeros(cells), weights]), cells, limits)
-        return None if found is None else np.rint(found[:cells]).astype(np.int64)
+        up_costs = 1.0 - 2.0 * (wanted - whole)
+        costs = _SCALE * np.concatenate([1.0 - ties, up_costs + ties, 1.0 + ties])
+        most = np.concatenate([whole, np.ones_like(whole), np.full_like(whole, self.count)])
+        found = _solved(costs, most, limits)
+        if found is None:
+            return None
+        less, up, more = np.split(found, 3)
+        return whole.astype(np.int64) - less + up + more
 
     @cached_property
     def _margins(self) -> tuple[Any, Floats, Floats]:
@@ -183,19 +197,23 @@ def _ratio(wanted: float, found: float) -> float:
     return wanted / found if found > 0 else 0.0
 
 
-def _solved(costs: Floats, whole: int, limits: Sequence[tuple[Any, Any, Any]]) -> Floats | None:
-    """Solve for the least cost; the first `whole` numbers are whole. None if there is no answer."""
+def _solved(costs: Floats, most: Floats, limits: Sequence[tuple[Any, Any, Any]]) -> Ints | None:
+    """Return the whole numbers from 0 to `most` whose cost is least; None if there are none.
+
+    Raises RuntimeError where the solver cannot tell.
+    """
     from scipy.optimize import Bounds, LinearConstraint, milp
 
-    integrality = (np.arange(len(costs)) < whole).astype(np.int64)
     found = milp(
         costs,
-        integrality=integrality,
-        bounds=Bounds(0, np.inf),
+        integrality=np.ones_like(costs),
+        bounds=Bounds(0, most),
         constraints=[LinearConstraint(*limit) for limit in limits],
         options={"mip_rel_gap": 0.0},
     )
-    return None if found.x is None else np.asarray(found.x, dtype=np.float64)
+    if found.status not in (_FOUND, _NONE):
+        raise RuntimeError(f"the solver gave no answer: {found.message}")
+    return None if found.status == _NONE else np.rint(found.x).astype(np.int64)
 
 
 def links(demands: Sequence[Demand]) -> list[tuple[tuple[int, ...], list[int]]]:
