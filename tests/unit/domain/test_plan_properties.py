@@ -11,8 +11,7 @@ from benchmarks.plan_properties.linkage import Demand
 from benchmarks.plan_properties.promises import kept
 from benchmarks.plan_properties.refusals import SMALLEST, judged
 from benchmarks.plan_properties.run import Outcome, digests, digests_elsewhere, examined
-from hi5_common.domain import demands
-from hi5_common.domain import plan as plans
+from hi5_common.domain import demands, ordering
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.planning.linked import Linked
 from hi5_common.domain.planning.order import Periodic
@@ -52,9 +51,11 @@ def test_specs_are_of_every_kind(outcomes: list[Outcome]) -> None:
 
 
 def test_plans_are_the_same_when_they_are_made_again(made: dict[int, str]) -> None:
-    before = plans._order.cache_info().misses
+    before = ordering._numbered.cache_info().misses
     again = digests(AGAIN)
-    assert plans._order.cache_info().misses == before + len(again)  # made anew, not remembered
+    assert ordering._numbered.cache_info().misses == before + len(
+        again
+    )  # made anew, not remembered
     assert again == {seed: made[seed] for seed in AGAIN if seed in made}
 
 
