@@ -9,9 +9,14 @@ import typer
 
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.spec import DatasetSpec, load_spec, parse_spec_text
+from hi5_common.presets import NAMES, preset
 
 SpecArgument = Annotated[
-    Path, typer.Argument(metavar="SPEC", help="YAML or JSON file; - is standard input.")
+    Path,
+    typer.Argument(
+        metavar="SPEC",
+        help="YAML or JSON file, - for standard input, or hi5-small, hi5-medium or hi5-large.",
+    ),
 ]
 DatasetArgument = Annotated[str, typer.Argument(metavar="ID", help="The dataset's id.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for scripts.")]
@@ -30,7 +35,12 @@ DirectOption = Annotated[
 
 
 def read_spec(path: Path) -> DatasetSpec:
-    """Load a spec file, or standard input for `-`. Raises InvalidInput with every problem."""
+    """Load a spec file, standard input for `-`, or a preset by its name, unless a file has it.
+
+    Raises InvalidInput with every problem.
+    """
+    if str(path) in NAMES and not path.exists():
+        return preset(str(path))
     return parse_spec_text(sys.stdin.read()) if str(path) == "-" else load_spec(path)
 
 

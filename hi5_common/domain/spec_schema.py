@@ -25,6 +25,9 @@ def spec_json_schema() -> dict[str, object]:
     are for `parse_spec`.
     """
     schema = DatasetSpec.model_json_schema()
+    # A spec may hold another, so pydantic names it: its fields are shown at the top all the same.
+    del schema["$ref"]
+    schema |= schema["$defs"]["DatasetSpec"]
     properties = schema["$defs"]["AttributeRequests"]["properties"]
     for attribute in Attribute:
         properties[attribute.value] = _request(attribute)

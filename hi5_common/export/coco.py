@@ -112,6 +112,8 @@ def _image(label: ImageLabel, image_dir_name: str) -> dict[str, Any]:
         "file_name": prefix + label.file_name,
         "width": label.width_px,
         "height": label.height_px,
+        **({"split": label.split} if label.split else {}),
+        **({"twin_group": label.twin_group} if label.twin_group is not None else {}),
     }
 
 

@@ -75,6 +75,7 @@ def test_openapi_lists_every_route_of_the_api(shared_world: World) -> None:
         "/v1/plans",
         "/v1/vocabulary",
         "/v1/spec-schema",
+        "/v1/presets",
         "/healthz",
         "/readyz",
     }

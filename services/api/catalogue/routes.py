@@ -6,6 +6,7 @@ from pydantic import BaseModel
 from hi5_common.domain.affect import POSE_AFFECT
 from hi5_common.domain.environments import CATALOGUE, EnvironmentKind, EnvironmentOrigin
 from hi5_common.domain.light import LightLevel, light_level
+from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.spec_schema import spec_json_schema
 from hi5_common.domain.vocabulary import (
     DEFAULTS,
@@ -20,6 +21,7 @@ from hi5_common.domain.vocabulary import (
     Pose,
     SkinTone,
 )
+from hi5_common.presets import NAMES, preset
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 
@@ -95,6 +97,12 @@ def get_vocabulary() -> VocabularyView:
         skeleton=list(SKELETON),
         visibility={state.name.lower(): state.value for state in KeypointVisibility},
     )
+
+
+@router.get("/presets")
+def get_presets() -> dict[str, DatasetSpec]:
+    """Return the specs that come with hi5, by name, the smallest first."""
+    return {name: preset(name) for name in NAMES}
 
 
 @router.get("/spec-schema")
