@@ -79,8 +79,8 @@ def deliver(database: Database, plan: Plan) -> UUID:
     """Submit a dataset, claim and finish all its shards; return its id."""
     with database.transaction() as session:
         dataset_id = datasets.create(session, plan.spec, plan).dataset.id
-    counting = Counting(plan)
-    while _deliver_some(database, counting):
+    counting, after = Counting(plan), None
+    while (after := _deliver_some(database, dataset_id, after, counting)) is not None:
         pass
     return dataset_id
 
@@ -97,17 +97,19 @@ def publication_of(shard: Shard, counting: Counting) -> Publication:
     return Publication(samples, labels, members, len(images), tallies, gaps, redraws)
 
 
-def _deliver_some(database: Database, counting: Counting) -> bool:
-    """Claim and finish shards in one transaction; tell whether any is left."""
+def _deliver_some(
+    database: Database, dataset_id: UUID, after: int | None, counting: Counting
+) -> int | None:
+    """Claim and finish shards after a number in one transaction; return the last, or None."""
     with database.transaction() as session:
-        for _ in range(TOGETHER):
-            shard = shards.claim(session, None, OWNER, LEASE_S)
-            if shard is None:
-                return False
+        waiting = shards.of_dataset(session, dataset_id, TOGETHER, after)
+        for each in waiting:
+            shard = shards.claim(session, each.id, OWNER, LEASE_S)
+            if shard is None or shard.id != each.id:
+                raise SystemExit(f"shard {each.number} could not be claimed: is a worker running?")
             publication = publication_of(shard, counting)
             shards.finish(session, shard.id, shard.attempt, OWNER, publication)
-            session.expunge_all()
-    return True
+    return waiting[-1].number if waiting else None
 
 
 def _gaps(shard: Shard) -> Iterator[Gap]:

@@ -135,6 +135,20 @@ class DeliveryRow(Base):
     tallies: Mapped[dict[str, Any]] = mapped_column(JSON)
 
 
+class PlannedRow(Base):
+    """What the plan of a dataset adds up to, once every image is delivered; never changed.
+
+    Kept since planning takes seconds. A table of its own: few readers of a dataset want it.
+    """
+
+    __tablename__ = "planned"
+
+    dataset_id: Mapped[UUID] = mapped_column(
+        ForeignKey("dataset.id", ondelete="CASCADE"), primary_key=True
+    )
+    tallies: Mapped[dict[str, Any]] = mapped_column(JSON)
+
+
 class EventRow(Base):
     """Something that happened, written in the transaction that made it happen; never changed."""
 

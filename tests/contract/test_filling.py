@@ -19,7 +19,12 @@ from hi5_common.storage.open import memory_store
 from services.worker.fleet.shard_runner import Outcome
 from tests.support.runners import runner
 
-SMALL = {"count": 10, "images_per_shard": 4, "image": {"width": 64, "height": 64}}
+SMALL = {
+    "count": 10,
+    "images_per_shard": 4,
+    "image": {"width": 64, "height": 64},
+    "attributes": {"gender": ["female"]},  # half the hands to compile
+}
 SPECS: dict[str, dict[str, Any]] = {
     "nothing asked": {},
     "one value": {"attributes": {"gender": ["female"], "handedness": {"left": 300, "right": 0}}},
@@ -45,6 +50,7 @@ def rows(database: Database, dataset_id: UUID) -> Iterator[dict[str, Any]]:
         yield {**kept, "unset": unset, "publication": document}
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)
 def test_rows_are_those_of_a_worker(database: Database, tmp_path: Path) -> None:
     spec = parse_spec(SMALL)
     plan = Plan.of(spec)
