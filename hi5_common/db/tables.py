@@ -88,14 +88,23 @@ class ShardRow(Base):
         Index(
             "ix_shard_leased_of_dataset",
             "dataset_id",
+            "number",
             sqlite_where=text("status = 'leased'"),
             postgresql_where=text("status = 'leased'"),
         ),
         Index(
             "ix_shard_failed",
             "dataset_id",
+            "number",
             sqlite_where=text("status = 'failed'"),
             postgresql_where=text("status = 'failed'"),
+        ),
+        Index(
+            "ix_shard_done",
+            "dataset_id",
+            "number",
+            sqlite_where=text("status = 'done'"),
+            postgresql_where=text("status = 'done'"),
         ),
     )
 
