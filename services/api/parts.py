@@ -13,6 +13,7 @@ from hi5_common.domain.errors import TransientError
 from hi5_common.queue.port import Doorbell
 from hi5_common.settings import Settings
 from hi5_common.storage.port import ObjectStore
+from services.api.balance.service import Balances
 from services.api.images.members import Members
 from services.api.plans.cache import Plans
 
@@ -29,13 +30,15 @@ class Parts:
     doorbell: Doorbell
     plans: Plans
     members: Members
+    balances: Balances
 
     @classmethod
     def of(
         cls, settings: Settings, database: Database, store: ObjectStore, doorbell: Doorbell
     ) -> "Parts":
         """Add empty caches to the outside world."""
-        return cls(settings, database, store, doorbell, Plans(), Members(store))
+        plans, members, balances = Plans(), Members(store), Balances(database)
+        return cls(settings, database, store, doorbell, plans, members, balances)
 
     def announce(self, shard_ids: Sequence[UUID]) -> None:
         """Ring the doorbell, after the commit. A broker that is away costs seconds, not work."""

@@ -8,7 +8,6 @@ from pydantic import Field
 
 from hi5_common.domain.spec import MAX_COUNT
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, SKELETON, Attribute
-from services.api.balance.service import balance
 from services.api.dashboard.charts import bar_chart, crossed, fixed, heat_table
 from services.api.dashboard.gallery import gallery
 from services.api.dashboard.pages import page
@@ -46,7 +45,7 @@ def show_dataset(
 ) -> Response:
     """Show one dataset: progress, shards, balance, pairs, pictures."""
     dataset = service.get(parts, dataset_id)
-    found = balance(parts, dataset_id)
+    found = parts.balances.of(dataset_id)
     among = crossed(found)
     return page(
         request,
