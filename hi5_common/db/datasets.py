@@ -12,11 +12,18 @@ from sqlalchemy import insert, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from hi5_common.db import clock, deliveries, errors, events
-from hi5_common.db.tables import DatasetRow, DeletedDatasetRow, DeliveryRow, EventRow, ShardRow
+from hi5_common.db import clock, deliveries, errors, events, planned
+from hi5_common.db.tables import (
+    DatasetRow,
+    DeletedDatasetRow,
+    DeliveryRow,
+    EventRow,
+    PlannedRow,
+    ShardRow,
+)
 from hi5_common.domain import lifecycle
 from hi5_common.domain.lifecycle import DatasetEvent, Transition
-from hi5_common.domain.records import Dataset, ShardStatus
+from hi5_common.domain.records import Dataset, ShardStatus, Tallies
 from hi5_common.domain.sharding import ShardRange
 from hi5_common.domain.spec import DatasetSpec
 
@@ -26,6 +33,10 @@ class ShardPlan(Protocol):
 
     def shards(self) -> Iterable[ShardRange]:
         """Return the ranges that cover every image once."""
+        ...
+
+    def tallies(self) -> Tallies:
+        """Return what all images add up to."""
         ...
 
 
@@ -64,6 +75,7 @@ def create(
             raise
         return _same_again(session, earlier, spec, idempotency_key)
     _insert_shards(session, dataset_id, plan, moment)
+    planned.keep(session, dataset_id, plan.tallies())
     events.record_dataset(session, dataset_id, DatasetEvent.CREATE)
     return CreatedDataset(get(session, dataset_id), created=True)
 
@@ -155,7 +167,7 @@ def delete(session: Session, dataset_id: UUID) -> None:
     A worker that still renders for it loses its lease. Raises DatasetNotFound.
     """
     _row(session, dataset_id)
-    for table in (EventRow, ShardRow, DeliveryRow):
+    for table in (EventRow, ShardRow, DeliveryRow, PlannedRow):
         session.execute(
             delete_rows(table)
             .where(table.dataset_id == dataset_id)

@@ -74,6 +74,19 @@ def tallies(session: Session, dataset_id: UUID) -> Tallies:
     return Tallies(**document)
 
 
+def shards_done(session: Session, dataset_id: UUID) -> int:
+    """Return how many shards are in the sum, which tells every state of it from the others.
+
+    Raises DatasetNotFound.
+    """
+    found = session.scalar(
+        select(DeliveryRow.shards_done).where(DeliveryRow.dataset_id == dataset_id)
+    )
+    if found is None:
+        raise errors.DatasetNotFound(dataset_id)
+    return found
+
+
 def counts(session: Session, dataset_ids: Sequence[UUID]) -> dict[UUID, Count]:
     """Return the counts of datasets, all of one moment.
 

@@ -1,6 +1,6 @@
 """Rows to records and back: nothing outside this package ever sees a row."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 from hi5_common.db.tables import ShardRow
@@ -47,6 +47,9 @@ def publication(document: dict[str, Any]) -> Publication:
 
 
 def publication_document(value: Publication) -> dict[str, Any]:
-    """Return what the JSON column keeps of a publication."""
-    document = asdict(value)
+    """Return what the JSON column keeps of a publication: all but its pairs.
+
+    They are most of it, and only their sum over the dataset is ever read (deliveries.py).
+    """
+    document = asdict(replace(value, tallies=replace(value.tallies, pairs={})))
     return {**document, "gaps": list(document["gaps"]), "redraws": list(document["redraws"])}

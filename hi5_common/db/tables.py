@@ -88,14 +88,23 @@ class ShardRow(Base):
         Index(
             "ix_shard_leased_of_dataset",
             "dataset_id",
+            "number",
             sqlite_where=text("status = 'leased'"),
             postgresql_where=text("status = 'leased'"),
         ),
         Index(
             "ix_shard_failed",
             "dataset_id",
+            "number",
             sqlite_where=text("status = 'failed'"),
             postgresql_where=text("status = 'failed'"),
+        ),
+        Index(
+            "ix_shard_done",
+            "dataset_id",
+            "number",
+            sqlite_where=text("status = 'done'"),
+            postgresql_where=text("status = 'done'"),
         ),
     )
 
@@ -133,6 +142,20 @@ class DeliveryRow(Base):
     shards_done: Mapped[int] = mapped_column(Integer)
     images_done: Mapped[int] = mapped_column(BigInteger)
     images_missing: Mapped[int] = mapped_column(BigInteger)
+    tallies: Mapped[dict[str, Any]] = mapped_column(JSON)
+
+
+class PlannedRow(Base):
+    """What the plan of a dataset adds up to, once every image is delivered; never changed.
+
+    Kept since planning takes seconds. A table of its own: few readers of a dataset want it.
+    """
+
+    __tablename__ = "planned"
+
+    dataset_id: Mapped[UUID] = mapped_column(
+        ForeignKey("dataset.id", ondelete="CASCADE"), primary_key=True
+    )
     tallies: Mapped[dict[str, Any]] = mapped_column(JSON)
 
 

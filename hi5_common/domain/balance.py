@@ -6,15 +6,14 @@ link, the plan's pairs are what is requested. Two deviations say how far apart t
 planned from requested, and delivered from the plan's share of what is delivered so far.
 """
 
-from collections.abc import Mapping
-from itertools import combinations, product
+import itertools
+from dataclasses import dataclass
 
 from hi5_common.domain.demands import are_tied
-from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.strict import StrictModel
-from hi5_common.domain.tallies import pair_key, value_key
+from hi5_common.domain.tallies import joined, value_key
 from hi5_common.domain.vocabulary import Attribute
 
 
@@ -56,19 +55,27 @@ def requested_counts(spec: DatasetSpec, attribute: Attribute) -> dict[str, float
     return dict.fromkeys(asked, spec.count / len(asked))
 
 
-def balance_of(plan: Plan, delivered: Tallies, delivered_images: int) -> Balance:
-    """Set the plan and the tallies of `delivered_images` published images side by side.
+def balance_of(
+    spec: DatasetSpec, planned: Tallies, delivered: Tallies, delivered_images: int
+) -> Balance:
+    """Set the tallies of the plan and of `delivered_images` published images side by side.
 
     Pairs are of the attributes that the plan crosses: the others have one value.
     """
-    share = delivered_images / plan.count
-    singles = tuple(_value_table(plan, attribute, delivered, share) for attribute in Attribute)
-    crossed = tuple(
-        _pair_table(plan, a, b, delivered, share) for a, b in combinations(plan.crossed, 2)
+    requested = {attribute: requested_counts(spec, attribute) for attribute in Attribute}
+    sides = _Sides(
+        spec,
+        requested,
+        {name: [value_key(name, value) for value in asked] for name, asked in requested.items()},
+        planned,
+        delivered,
+        delivered_images / spec.count,
     )
+    singles = tuple(sides.of_value(attribute) for attribute in Attribute)
+    crossed = tuple(sides.of_pair(a, b) for a, b in itertools.combinations(spec.balanced(), 2))
     tables = singles + crossed
     return Balance(
-        count=plan.count,
+        count=spec.count,
         delivered=delivered_images,
         attributes=singles,
         pairs=crossed,
@@ -77,37 +84,43 @@ def balance_of(plan: Plan, delivered: Tallies, delivered_images: int) -> Balance
     )
 
 
-def _value_table(plan: Plan, attribute: Attribute, tallies: Tallies, share: float) -> BalanceTable:
-    requested = requested_counts(plan.spec, attribute)
-    planned = plan.value_counts(attribute)
-    cells = [
-        CellBalance(
-            values=(value,),
-            requested=asked,
-            planned=planned[value],
-            delivered=tallies.values.get(value_key(attribute, value), 0),
-        )
-        for value, asked in requested.items()
-    ]
-    return _table((attribute,), cells, share)
+@dataclass(frozen=True)
+class _Sides:
+    """What stands side by side: images by value, or by a key of tallies, of which keys has each
+    value's; share: of the dataset that is delivered, 0..1.
+    """
 
+    spec: DatasetSpec
+    requested: dict[Attribute, dict[str, float]]
+    keys: dict[Attribute, list[str]]
+    planned: Tallies
+    delivered: Tallies
+    share: float
 
-def _pair_table(
-    plan: Plan, a: Attribute, b: Attribute, tallies: Tallies, share: float
-) -> BalanceTable:
-    planned: Mapping[tuple[str, str], int] = plan.pair_counts(a, b)
-    asked_a, asked_b = requested_counts(plan.spec, a), requested_counts(plan.spec, b)
-    tied = are_tied(plan.spec, a, b)
-    cells = [
-        CellBalance(
-            values=(x, y),
-            requested=planned[x, y] if tied else asked_a[x] * asked_b[y] / plan.count,
-            planned=planned.get((x, y), 0),
-            delivered=tallies.pairs.get(pair_key((a, x), (b, y)), 0),
-        )
-        for x, y in product(asked_a, asked_b)
-    ]
-    return _table((a, b), cells, share)
+    def of_value(self, attribute: Attribute) -> BalanceTable:
+        cells = []
+        requested = self.requested[attribute].items()
+        for (value, asked), key in zip(requested, self.keys[attribute], strict=True):
+            planned = self.planned.values.get(key, 0)
+            delivered = self.delivered.values.get(key, 0)
+            cells.append(
+                CellBalance(values=(value,), requested=asked, planned=planned, delivered=delivered)
+            )
+        return _table((attribute,), cells, self.share)
+
+    def of_pair(self, a: Attribute, b: Attribute) -> BalanceTable:
+        tied = are_tied(self.spec, a, b)
+        asked_a, asked_b = self.requested[a], self.requested[b]
+        cells = []
+        keys = itertools.starmap(joined, itertools.product(self.keys[a], self.keys[b]))
+        for (x, y), key in zip(itertools.product(asked_a, asked_b), keys, strict=True):
+            planned = self.planned.pairs.get(key, 0)
+            delivered = self.delivered.pairs.get(key, 0)
+            asked = planned if tied else asked_a[x] * asked_b[y] / self.spec.count
+            cells.append(
+                CellBalance(values=(x, y), requested=asked, planned=planned, delivered=delivered)
+            )
+        return _table((a, b), cells, self.share)
 
 
 def _table(

@@ -19,8 +19,10 @@ from hi5_common.domain.planning.joined import Interleaved, Renumbered, Twinned
 from hi5_common.domain.planning.order import Order
 from hi5_common.domain.planning.sizes import joint_extremes, pair_sizes
 from hi5_common.domain.planning.strand import Ints
+from hi5_common.domain.records import Tallies
 from hi5_common.domain.sharding import ShardRange, images_per_shard, shard_ranges
 from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.tallies import pair_key, value_key
 from hi5_common.domain.vocabulary import (
     DEFAULTS,
     Attribute,
@@ -202,6 +204,22 @@ class Plan:
         columns = {value: number for number, value in enumerate(values_b)}
         pairs = itertools.product(self.spec.values_of(a), self.spec.values_of(b))
         return {(x, y): int(sizes[rows[x], columns[y]]) for x, y in pairs}
+
+    def tallies(self) -> Tallies:
+        """Return what all images add up to, as far as they occur: deliveries grow towards it."""
+        values = {
+            value_key(attribute, value): count
+            for attribute in Attribute
+            for value, count in self.value_counts(attribute).items()
+            if count
+        }
+        pairs = {
+            pair_key((a, x), (b, y)): count
+            for a, b in itertools.combinations(self.crossed, 2)
+            for (x, y), count in self.pair_counts(a, b).items()
+            if count
+        }
+        return Tallies(values, pairs)
 
     def joint_extremes(self) -> tuple[int, int]:
         """Return the smallest and the largest count of a joint cell that the spec asks for."""

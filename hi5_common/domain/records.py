@@ -92,7 +92,10 @@ def without_gaps(start: int, stop: int, gaps: Iterable[Gap]) -> list[int]:
 
 @dataclass(frozen=True)
 class Publication:
-    """What a finished attempt made of a shard: image_count images, the gaps missing."""
+    """What a finished attempt made of a shard: image_count images, the gaps missing.
+
+    Once published only the dataset's sum has the pairs; a publication that is read has none.
+    """
 
     samples: StoredObject
     labels: StoredObject

@@ -17,7 +17,12 @@ def value_key(attribute: Attribute, value: str) -> str:
 
 def pair_key(first: tuple[Attribute, str], second: tuple[Attribute, str]) -> str:
     """Return the key of a pair in `Tallies.pairs`; the first comes first in planning order."""
-    return f"{value_key(*first)}&{value_key(*second)}"
+    return joined(value_key(*first), value_key(*second))
+
+
+def joined(first_key: str, second_key: str) -> str:
+    """Return the key of a pair of values from their own keys."""
+    return f"{first_key}&{second_key}"
 
 
 def tally(cells: Iterable[Mapping[Attribute, str]], crossed: Iterable[Attribute]) -> Tallies:

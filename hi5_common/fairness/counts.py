@@ -46,7 +46,7 @@ def recounted(observed: Observed, plan: Plan) -> Balance:
         for j, y in enumerate(observed.values(b))
         if table[i, j]
     }
-    return balance_of(plan, Tallies(values, pairs), len(observed))
+    return balance_of(plan.spec, plan.tallies(), Tallies(values, pairs), len(observed))
 
 
 def triples(observed: Observed, plan: Plan) -> tuple[Triple, ...]:

@@ -15,6 +15,7 @@ from hi5_common.settings import Settings
 from hi5_common.storage.port import ObjectStore
 from services.api.audit.audits import Audits
 from services.api.audit.reading import LabelAudit
+from services.api.balance.service import Balances
 from services.api.images.members import Members
 from services.api.plans.cache import Plans
 
@@ -32,6 +33,7 @@ class Parts:
     plans: Plans
     members: Members
     audits: Audits
+    balances: Balances
 
     @classmethod
     def of(
@@ -40,7 +42,16 @@ class Parts:
         """Add empty caches to the outside world."""
         plans = Plans()
         audits = Audits(LabelAudit(database, store, plans))
-        return cls(settings, database, store, doorbell, plans, Members(store), audits)
+        return cls(
+            settings,
+            database,
+            store,
+            doorbell,
+            plans,
+            Members(store),
+            audits,
+            Balances(database),
+        )
 
     def announce(self, shard_ids: Sequence[UUID]) -> None:
         """Ring the doorbell, after the commit. A broker that is away costs seconds, not work."""

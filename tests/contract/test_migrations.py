@@ -9,9 +9,13 @@ from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from sqlalchemy import inspect, text
 
-from hi5_common.db import datasets, deliveries, errors, migrate, shards
+from benchmarks.endpoints.filling import GAP_EVERY, deliver
+from hi5_common.db import datasets, deliveries, errors, migrate, planned, shards
 from hi5_common.db.engine import make_write_ahead, open_database
-from hi5_common.db.tables import Base
+from hi5_common.db.tables import Base, ShardRow
+from hi5_common.domain.plan import Plan
+from hi5_common.domain.records import Tallies
+from hi5_common.domain.tallies import tally
 from tests.support import factories
 
 
@@ -67,6 +71,49 @@ def test_a_database_with_published_shards_is_summed_up(database_url: str) -> Non
         delivered = [deliveries.tallies(session, each.id).values for each in (made, untouched)]
     database.dispose()
     assert sorted(delivered, key=len) == [{}, {"gender=male": 3}]
+
+
+def test_plans_of_datasets_there_are_are_added_up(database_url: str) -> None:
+    migrate.upgrade(database_url)
+    database = open_database(database_url)
+    plan = Plan.of(factories.spec(count=30, size=7, attributes={"ring": ["none", "gem"]}))
+    with database.transaction() as session:
+        made = datasets.create(session, plan.spec, plan).dataset
+    migrate.downgrade(database_url, "0002")
+    migrate.upgrade(database_url)
+    with database.snapshot() as session:
+        assert planned.tallies(session, made.id) == plan.tallies()
+        assert datasets.page(session, 10) == [made]
+    database.dispose()
+
+
+def test_pairs_leave_the_shards_for_the_sum_and_come_back(database_url: str) -> None:
+    migrate.upgrade(database_url)
+    database = open_database(database_url)
+    plan = Plan.of(factories.spec(count=GAP_EVERY * 2, size=2))
+    dataset_id = deliver(database, plan)
+
+    def pairs() -> list[dict[str, int]]:
+        with database.snapshot() as session:
+            found = session.query(ShardRow).filter_by(dataset_id=dataset_id).order_by("number")
+            return [row.publication["tallies"]["pairs"] for row in found if row.publication]
+
+    def delivered() -> Tallies:
+        with database.snapshot() as session:
+            return deliveries.tallies(session, dataset_id)
+
+    before = delivered()
+    assert pairs() == [{}] * GAP_EVERY
+    migrate.downgrade(database_url, "0003")
+    cells = [plan.cell(index).as_dict() for index in range(plan.count)]
+    first, *_, last = pairs()
+    assert first == tally(cells[:2], plan.crossed).pairs
+    assert last == tally(cells[-1:], plan.crossed).pairs  # the last shard has a gap
+    migrate.downgrade(database_url, "0001")  # where nothing but the shards has them
+    migrate.upgrade(database_url)
+    assert delivered() == before
+    assert pairs() == [{}] * GAP_EVERY
+    database.dispose()
 
 
 def test_several_processes_may_upgrade_at_once(database_url: str) -> None:

@@ -20,6 +20,9 @@ class Cut:
     def shards(self) -> tuple[ShardRange, ...]:
         return tuple(shard_ranges(self.count, self.size))
 
+    def tallies(self) -> Tallies:
+        return Tallies({}, {})
+
 
 def spec(count: int = 6, size: int = 2, **changes: object) -> DatasetSpec:
     """Return a small spec."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from uuid import UUID
 
 from hi5_common.cli.fetch.source import ObjectGone
-from hi5_common.db import datasets, deliveries, shards
+from hi5_common.db import datasets, deliveries, planned, shards
 from hi5_common.db.engine import Database
 from hi5_common.domain.balance import Balance, balance_of
 from hi5_common.domain.manifest import (
@@ -16,7 +16,6 @@ from hi5_common.domain.manifest import (
     manifest_head,
     manifest_shard,
 )
-from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Dataset, DatasetStatus
 from hi5_common.domain.rights import Rights, own_environments, rights_of
 from hi5_common.domain.spec import DatasetSpec
@@ -76,8 +75,9 @@ class DirectSource:
     def balance(self) -> Balance:
         with self.database.snapshot() as session:
             row = datasets.get(session, self.dataset_id)
+            plan = planned.tallies(session, self.dataset_id)
             delivered = deliveries.tallies(session, self.dataset_id)
-        return balance_of(Plan.of(row.spec), delivered, row.images_done)
+        return balance_of(row.spec, plan, delivered, row.images_done)
 
     def _row(self) -> Dataset:
         with self.database.snapshot() as session:

@@ -5,7 +5,6 @@ from uuid import UUID
 from fastapi import APIRouter
 
 from hi5_common.domain.balance import Balance
-from services.api.balance import service
 from services.api.parts import Wired
 
 router = APIRouter(prefix="/v1/datasets", tags=["balance"])
@@ -14,4 +13,4 @@ router = APIRouter(prefix="/v1/datasets", tags=["balance"])
 @router.get("/{dataset_id}/balance")
 def get_balance(parts: Wired, dataset_id: UUID) -> Balance:
     """Compare requested, planned and delivered images, per value and per pair of values."""
-    return service.balance(parts, dataset_id)
+    return parts.balances.of(dataset_id)

@@ -1,15 +1,42 @@
-"""The plan against the rows' tallies."""
+"""What was planned against what is delivered: both are rows, so that no plan need be made."""
 
+from threading import Lock
 from uuid import UUID
 
-from hi5_common.db import datasets, deliveries
+from hi5_common.db import datasets, deliveries, planned
+from hi5_common.db.engine import Database, Session
 from hi5_common.domain.balance import Balance, balance_of
-from services.api.parts import Parts
+
+BALANCES_KEPT = 8
+"""Each takes some 5 MB by default: eight thousand pairs of values."""
 
 
-def balance(parts: Parts, dataset_id: UUID) -> Balance:
-    """Return requested, planned and delivered counts. Raises DatasetNotFound."""
-    with parts.database.snapshot() as session:
-        dataset = datasets.get(session, dataset_id)
-        delivered = deliveries.tallies(session, dataset_id)
-    return balance_of(parts.plans.of(dataset.spec), delivered, dataset.images_done)
+class Balances:
+    """The balances made last. None goes stale: a sum changes only when another shard is done."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+        self._kept: dict[tuple[UUID, int], Balance] = {}
+        self._lock = Lock()
+
+    def of(self, dataset_id: UUID) -> Balance:
+        """Return requested, planned and delivered counts. Raises DatasetNotFound."""
+        with self._database.snapshot() as session:
+            key = dataset_id, deliveries.shards_done(session, dataset_id)
+            found = self._kept.get(key)
+            return found if found is not None else self._keep(key, _balance(session, dataset_id))
+
+    def _keep(self, key: tuple[UUID, int], made: Balance) -> Balance:
+        """Keep a balance in place of the oldest."""
+        with self._lock:
+            self._kept[key] = made
+            for oldest in list(self._kept)[:-BALANCES_KEPT]:
+                del self._kept[oldest]
+        return made
+
+
+def _balance(session: Session, dataset_id: UUID) -> Balance:
+    dataset = datasets.get(session, dataset_id)
+    plan = planned.tallies(session, dataset_id)
+    delivered = deliveries.tallies(session, dataset_id)
+    return balance_of(dataset.spec, plan, delivered, dataset.images_done)

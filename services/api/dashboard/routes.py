@@ -11,7 +11,6 @@ from hi5_common.domain.vocabulary import ALWAYS_BALANCED, SKELETON, Attribute
 from hi5_common.fairness.page import body
 from services.api.audit.routes import RETRY_AFTER_S, MaxImages
 from services.api.audit.service import audited
-from services.api.balance.service import balance
 from services.api.dashboard.charts import bar_chart, crossed, fixed, heat_table
 from services.api.dashboard.gallery import gallery
 from services.api.dashboard.pages import page
@@ -49,7 +48,7 @@ def show_dataset(
 ) -> Response:
     """Show one dataset: progress, shards, balance, pairs, pictures."""
     dataset = service.get(parts, dataset_id)
-    found = balance(parts, dataset_id)
+    found = parts.balances.of(dataset_id)
     among = crossed(found)
     return page(
         request,

@@ -15,6 +15,11 @@ class Plans:
     def __init__(self) -> None:
         self._plan = functools.lru_cache(maxsize=PLANS_KEPT)(_plan)
 
+    @property
+    def made(self) -> int:
+        """Return how many plans were made, and not found here."""
+        return self._plan.cache_info().misses
+
     def of(self, spec: DatasetSpec) -> Plan:
         """Return the plan of a spec."""
         return self._plan(spec.canonical_json())

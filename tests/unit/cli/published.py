@@ -79,7 +79,7 @@ class PublishedDataset:
     def balance(self) -> Balance:
         plan = Plan.of(self.made_spec)
         cells = [cell.as_dict() for cell in plan.cells()]
-        return balance_of(plan, tally(cells, plan.crossed), plan.count)
+        return balance_of(plan.spec, plan.tallies(), tally(cells, plan.crossed), plan.count)
 
 
 def published(count: int = 5, images_per_shard: int = 2) -> PublishedDataset:

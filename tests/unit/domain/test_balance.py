@@ -20,7 +20,7 @@ def plan(count: int = 40, /, **attributes: object) -> Plan:
 def after(made: Plan, images: int) -> Balance:
     """Return the balance when the first `images` images are delivered."""
     counted = tallies.tally((cell.as_dict() for cell in made.cells(0, images)), made.crossed)
-    return balance_of(made, counted, images)
+    return balance_of(made.spec, made.tallies(), counted, images)
 
 
 def test_nothing_asked_is_equal_shares_of_every_value() -> None:
@@ -77,7 +77,7 @@ def test_deviations_are_the_worst_of_all_cells() -> None:
     made = plan(10, gender={"male": 9, "female": 1})
     woman = {**next(made.cells()).as_dict(), Attribute.GENDER: "female"}
     two_women = tallies.tally([woman] * 2, made.crossed)
-    balance = balance_of(made, two_women, 2)
+    balance = balance_of(made.spec, made.tallies(), two_women, 2)
     gender = balance.attributes[0]
     # Two of ten are delivered: the plan's share is 1.8 men and 0.2 women.
     assert gender.worst_delivered_deviation == pytest.approx(1.8)

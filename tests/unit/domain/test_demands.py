@@ -77,7 +77,7 @@ def test_demands_hold_where_a_woven_table_is_repeated(monkeypatch: pytest.Monkey
 
 def test_the_balance_takes_what_combinations_make_of_pairs_as_requested() -> None:
     plan = Plan.of(spec_of(120, of(12, skin_tone=["dark"], environment=["night"])))
-    balance = balance_of(plan, Tallies({}, {}), 0)
+    balance = balance_of(plan.spec, plan.tallies(), Tallies({}, {}), 0)
     assert balance.worst_planned_deviation <= 1.5
 
 

@@ -26,6 +26,13 @@ def test_every_image_is_in_one_pair_of_any_two_attributes() -> None:
         assert sum(of_both) == PLAN.count
 
 
+def test_a_plan_knows_what_its_images_add_up_to() -> None:
+    for asked in ({}, {"ring": ["none", "gem"]}, {"gender": {"male": 60, "female": 0}}):
+        plan = Plan.of(parse_spec({"count": 60, "attributes": asked}))
+        cells = (cell.as_dict() for cell in plan.cells())
+        assert plan.tallies() == tallies.tally(cells, plan.crossed)
+
+
 def test_parts_add_up_to_the_whole() -> None:
     cells = [cell.as_dict() for cell in PLAN.cells()]
     cuts = (cells[:17], cells[17:20], cells[20:])
