@@ -12,7 +12,7 @@ from sqlalchemy import insert, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from hi5_common.db import clock, deliveries, errors, events, planned
+from hi5_common.db import clock, deliveries, errors, events, extending, planned
 from hi5_common.db.tables import (
     DatasetRow,
     DeletedDatasetRow,
@@ -39,6 +39,10 @@ class ShardPlan(Protocol):
         """Return what all images add up to."""
         ...
 
+    def tallies_of_first(self, count: int) -> Tallies:
+        """Return what the first images add up to."""
+        ...
+
 
 @dataclass(frozen=True)
 class CreatedDataset:
@@ -58,6 +62,7 @@ def create(
 ) -> CreatedDataset:
     """Insert a dataset and all its shards; `now` is the database's own time unless given.
 
+    Shards of a complete dataset of just the spec that this one extends are done from the first.
     The same key with the same spec returns the dataset it made before. Raises
     IdempotencyConflict if the key belongs to another spec.
     """
@@ -65,18 +70,20 @@ def create(
     if earlier is not None:
         return _same_again(session, earlier, spec, idempotency_key)
     moment = now or session.scalars(select(clock.now())).one()
-    dataset_id = _new_id(moment)
+    dataset_id, base_id = _new_id(moment), extending.complete(session, spec)
     try:
         with session.begin_nested():
-            _insert_dataset(session, dataset_id, spec, idempotency_key, moment)
+            _insert_dataset(session, dataset_id, spec, idempotency_key, moment, base_id)
     except IntegrityError:  # another request used the key between our look and our insert
         earlier = _of_key(session, idempotency_key)
         if earlier is None:
             raise
         return _same_again(session, earlier, spec, idempotency_key)
-    _insert_shards(session, dataset_id, plan, moment)
+    _insert_shards(session, dataset_id, spec, plan, moment, base_id)
     planned.keep(session, dataset_id, plan.tallies())
     events.record_dataset(session, dataset_id, DatasetEvent.CREATE)
+    if base_id is not None:
+        events.record_dataset(session, dataset_id, DatasetEvent.TAKE_OVER, str(base_id))
     return CreatedDataset(get(session, dataset_id), created=True)
 
 
@@ -164,9 +171,11 @@ def retry_failed(session: Session, dataset_id: UUID) -> int:
 def delete(session: Session, dataset_id: UUID) -> None:
     """Delete every row of a dataset; the keeper removes its objects later.
 
-    A worker that still renders for it loses its lease. Raises DatasetNotFound.
+    A worker that still renders for it loses its lease. Raises DatasetNotFound, DatasetInUse.
     """
     _row(session, dataset_id)
+    if extending.is_extended(session, dataset_id):
+        raise errors.DatasetInUse(dataset_id)
     for table in (EventRow, ShardRow, DeliveryRow, PlannedRow):
         session.execute(
             delete_rows(table)
@@ -208,7 +217,12 @@ def _same_again(
 
 
 def _insert_dataset(
-    session: Session, dataset_id: UUID, asked: DatasetSpec, key: str | None, moment: datetime
+    session: Session,
+    dataset_id: UUID,
+    asked: DatasetSpec,
+    key: str | None,
+    moment: datetime,
+    base_id: UUID | None,
 ) -> None:
     session.execute(
         insert(DatasetRow).values(
@@ -217,11 +231,23 @@ def _insert_dataset(
             image_count=asked.count,
             idempotency_key=key,
             created_at=moment,
+            extends_id=base_id,
         )
     )
 
 
-def _insert_shards(session: Session, dataset_id: UUID, plan: ShardPlan, moment: datetime) -> None:
+def _insert_shards(
+    session: Session,
+    dataset_id: UUID,
+    asked: DatasetSpec,
+    plan: ShardPlan,
+    moment: datetime,
+    base_id: UUID | None,
+) -> None:
+    cuts = tuple(plan.shards())
+    published = extending.publications(session, base_id)
+    if not published.keys() <= set(cuts):
+        published = {}  # another version of hi5 has cut it otherwise: all is rendered again
     batch = [
         {
             "id": uuid5(dataset_id, str(cut.number)),
@@ -229,17 +255,22 @@ def _insert_shards(session: Session, dataset_id: UUID, plan: ShardPlan, moment: 
             "number": cut.number,
             "start": cut.start,
             "stop": cut.stop,
-            "status": ShardStatus.PENDING.value,
+            "status": (ShardStatus.DONE if cut in published else ShardStatus.PENDING).value,
             "attempt": 0,
             "failures": 0,
-            "progress": 0,
+            "progress": cut.stop - cut.start if cut in published else 0,
+            "publication": published.get(cut),
             "not_before": moment,
             "changed_at": moment,
         }
-        for cut in plan.shards()
+        for cut in cuts
     ]
     session.execute(insert(ShardRow), batch)
-    deliveries.begin(session, dataset_id, len(batch))
+    taken = None
+    if asked.extends is not None and published:
+        images = asked.extends.count
+        taken = deliveries.TakenOver(len(published), images, plan.tallies_of_first(images))
+    deliveries.begin(session, dataset_id, len(batch), taken)
 
 
 def _records(session: Session, found: Sequence[DatasetRow]) -> list[Dataset]:

@@ -30,16 +30,27 @@ class Count:
     images_in_progress: int
 
 
-def begin(session: Session, dataset_id: UUID, shard_count: int) -> None:
-    """Insert the delivery of a new dataset: nothing yet."""
+@dataclass(frozen=True)
+class TakenOver:
+    """What a dataset has of the one that it extends from the first: shards and images, no gaps."""
+
+    shards: int
+    images: int
+    tallies: Tallies
+
+
+def begin(
+    session: Session, dataset_id: UUID, shard_count: int, taken: TakenOver | None = None
+) -> None:
+    """Insert the delivery of a new dataset: nothing yet, but for what was taken over."""
     session.execute(
         insert(DeliveryRow).values(
             dataset_id=dataset_id,
             shard_count=shard_count,
-            shards_done=0,
-            images_done=0,
+            shards_done=taken.shards if taken else 0,
+            images_done=taken.images if taken else 0,
             images_missing=0,
-            tallies=asdict(counting.EMPTY),
+            tallies=asdict(taken.tallies if taken else counting.EMPTY),
         )
     )
 

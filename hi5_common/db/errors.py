@@ -29,6 +29,14 @@ class DatasetNotFound(PermanentError):
         super().__init__(f"There is no dataset {dataset_id}.")
 
 
+class DatasetInUse(PermanentError):
+    """Another dataset extends this one, and has its images."""
+
+    def __init__(self, dataset_id: UUID) -> None:
+        self.dataset_id = dataset_id
+        super().__init__(f"Another dataset extends {dataset_id} and has its images.")
+
+
 class ShardNotFound(PermanentError):
     """There is no such shard."""
 

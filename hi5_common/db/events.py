@@ -48,9 +48,15 @@ def of_latest(session: Session, dataset_id: UUID, limit: int) -> list[Event]:
     return [_event(row) for row in rows]
 
 
-def record_dataset(session: Session, dataset_id: UUID, kind: DatasetEvent) -> None:
+def record_dataset(
+    session: Session, dataset_id: UUID, kind: DatasetEvent, detail: str | None = None
+) -> None:
     """Write what happened to a dataset."""
-    session.execute(insert(EventRow).values(at=clock.now(), dataset_id=dataset_id, kind=kind.value))
+    session.execute(
+        insert(EventRow).values(
+            at=clock.now(), dataset_id=dataset_id, kind=kind.value, detail=detail
+        )
+    )
 
 
 def record_shards(

@@ -41,7 +41,11 @@ class Base(DeclarativeBase):
 
 
 class DatasetRow(Base):
-    """A submitted spec. Its state is never stored: it is derived from its shards."""
+    """A submitted spec. Its state is never stored: it is derived from its shards.
+
+    extends_id: the dataset whose objects are those of its first shards too. No foreign key: SQLite
+    cannot take one off again, and `extending.py` locks that dataset's row instead.
+    """
 
     __tablename__ = "dataset"
     __table_args__ = (CheckConstraint("image_count > 0", name="has_images"),)
@@ -52,6 +56,7 @@ class DatasetRow(Base):
     idempotency_key: Mapped[str | None] = mapped_column(String(255), unique=True)
     created_at: Mapped[datetime] = mapped_column(UtcTime)
     cancel_requested_at: Mapped[datetime | None] = mapped_column(UtcTime)
+    extends_id: Mapped[UUID | None] = mapped_column(Uuid, index=True)
 
 
 class ShardRow(Base):

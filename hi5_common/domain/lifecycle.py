@@ -24,6 +24,7 @@ class DatasetEvent(StrEnum):
     """What can happen to a dataset as a whole."""
 
     CREATE = "create"
+    TAKE_OVER = "take_over"
     REQUEST_CANCEL = "request_cancel"
 
 

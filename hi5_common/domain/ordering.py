@@ -1,5 +1,6 @@
 """From a spec to its order: values by number, and orders put together out of others."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -42,7 +43,15 @@ class Numbered:
 
 def numbered(spec: DatasetSpec) -> Numbered:
     """Return the order of a spec's images. The same spec gives the same everywhere."""
-    return _numbered(spec.model_dump_json(include=ORDERED_BY))
+    return _numbered(json.dumps(_ordered_by(spec), sort_keys=True))
+
+
+def _ordered_by(spec: DatasetSpec) -> dict[str, object]:
+    """Return what of a spec, and of those that it extends, an order depends on."""
+    document: dict[str, object] = spec.model_dump(mode="json", include=ORDERED_BY - {"extends"})
+    if spec.extends is not None:
+        document["extends"] = _ordered_by(spec.extends)
+    return document
 
 
 @lru_cache(maxsize=16)

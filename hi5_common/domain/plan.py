@@ -5,7 +5,7 @@ value's share within two images, all of them hold it exactly, and pairs come as 
 """
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -22,7 +22,7 @@ from hi5_common.domain.planning.strand import Ints
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.sharding import ShardRange, images_per_shard, shard_ranges
 from hi5_common.domain.spec import DatasetSpec
-from hi5_common.domain.tallies import pair_key, value_key
+from hi5_common.domain.tallies import joined, pair_key, value_key
 from hi5_common.domain.vocabulary import (
     DEFAULTS,
     Attribute,
@@ -142,7 +142,7 @@ class Plan:
 
     def shards(self) -> tuple[ShardRange, ...]:
         """Cut the images into index ranges of about a minute or two of work each."""
-        return tuple(shard_ranges(self.count, self.images_per_shard))
+        return tuple(shard_ranges(self.spec))
 
     def cell(self, index: int) -> Cell:
         """Return the cell of image `index` (0 <= index < count; IndexError otherwise)."""
@@ -205,6 +205,21 @@ class Plan:
         pairs = itertools.product(self.spec.values_of(a), self.spec.values_of(b))
         return {(x, y): int(sizes[rows[x], columns[y]]) for x, y in pairs}
 
+    def tallies_of_first(self, count: int) -> Tallies:
+        """Return what the first images add up to, as far as values and pairs occur."""
+        rows = self.order.rows(np.arange(count, dtype=np.int64)).astype(np.int64)
+        fixed = [name for name in Attribute if name not in self.crossed]
+        values = {value_key(name, self.levels[name].values[0]): count for name in fixed}
+        keys = [[value_key(a, value) for value in self.levels[a].values] for a in self.crossed]
+        for column, names in zip(rows.T, keys, strict=True):
+            values |= _counted(names, np.bincount(column, minlength=len(names)))
+        pairs = dict[str, int]()
+        for a, b in itertools.combinations(range(len(self.crossed)), 2):
+            names = list(itertools.starmap(joined, itertools.product(keys[a], keys[b])))
+            codes = rows[:, a] * len(keys[b]) + rows[:, b]
+            pairs |= _counted(names, np.bincount(codes, minlength=len(names)))
+        return Tallies(values, pairs)
+
     def tallies(self) -> Tallies:
         """Return what all images add up to, as far as they occur: deliveries grow towards it."""
         values = {
@@ -249,6 +264,10 @@ class Plan:
             attribute: tuple(map(_ENUMERATIONS.get(attribute, str), level.values))
             for attribute, level in self.levels.items()
         }
+
+
+def _counted(names: Sequence[str], counts: Ints) -> dict[str, int]:
+    return {name: count for name, count in zip(names, counts.tolist(), strict=True) if count}
 
 
 _ENUMERATIONS: dict[Attribute, type[StrEnum]] = {

@@ -52,7 +52,34 @@ def _seconds_per_image(spec: DatasetSpec) -> float:
     return SECONDS_PER_IMAGE + per_megapixel * spec.image.width * spec.image.height / 1e6
 
 
-def shard_ranges(count: int, size: int) -> Iterator[ShardRange]:
-    """Yield consecutive ranges of `size` images that cover 0..count-1; the last may be shorter."""
-    for number, start in enumerate(range(0, count, size)):
-        yield ShardRange(number, start, min(start + size, count))
+def shard_ranges(spec: DatasetSpec) -> Iterator[ShardRange]:
+    """Yield consecutive ranges that cover every image: those of what is extended as they are there,
+    then ranges of the spec's own size; the last of each may be shorter.
+    """
+    number = 0
+    if spec.extends is not None:
+        for cut in shard_ranges(spec.extends):
+            yield cut
+            number = cut.number + 1
+    size = images_per_shard(spec)
+    for own, start in enumerate(range(_begins(spec), spec.count, size)):
+        yield ShardRange(number + own, start, min(start + size, spec.count))
+
+
+def shard_count(spec: DatasetSpec) -> int:
+    """Return how many shards a dataset has."""
+    earlier = shard_count(spec.extends) if spec.extends is not None else 0
+    return earlier - (_begins(spec) - spec.count) // images_per_shard(spec)
+
+
+def shard_number(spec: DatasetSpec, index: int) -> int:
+    """Return the number of the shard that has image `index`."""
+    if spec.extends is None:
+        return index // images_per_shard(spec)
+    if index < spec.extends.count:
+        return shard_number(spec.extends, index)
+    return shard_count(spec.extends) + (index - spec.extends.count) // images_per_shard(spec)
+
+
+def _begins(spec: DatasetSpec) -> int:
+    return spec.extends.count if spec.extends is not None else 0

@@ -68,13 +68,16 @@ class Splits(StrictModel):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the splits' names, in the order asked for."""
-        return tuple(self.images.weights if isinstance(self.images, Weights) else self.images)
+        """Return the splits' names by alphabet: JSON keeps no other order."""
+        asked = self.images.weights if isinstance(self.images, Weights) else self.images
+        return tuple(sorted(asked))
 
     @property
     def counts(self) -> dict[str, int] | None:
         """Return the images asked for; None where weights are."""
-        return None if isinstance(self.images, Weights) else self.images
+        if isinstance(self.images, Weights):
+            return None
+        return {name: self.images[name] for name in self.names}
 
     @property
     def attribute(self) -> Attribute | None:
@@ -86,7 +89,7 @@ class Splits(StrictModel):
         """Return the splits' shares, which add up to 1."""
         asked = self.images.weights if isinstance(self.images, Weights) else self.images
         whole = sum(asked.values())
-        return {name: share / whole for name, share in asked.items()}
+        return {name: asked[name] / whole for name in self.names}
 
 
 class NoSplit(ValueError):

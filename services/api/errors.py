@@ -68,6 +68,10 @@ def _domain_error(error: Hi5Error) -> ApiError:
             return ApiError(404, "not-found", "No such image", error.problems)
         case InvalidInput():
             return _invalid(error.problems)
+        case db_errors.DatasetInUse():
+            remedy = "Another dataset extends it and has its images: delete that one first."
+            problem = Problem("dataset_id", str(error.dataset_id), remedy)
+            return ApiError(409, "conflict", "Dataset in use", [problem])
         case db_errors.DatasetNotFound():
             remedy = "GET /v1/datasets lists the datasets there are."
             problem = Problem("dataset_id", str(error.dataset_id), remedy)

@@ -18,10 +18,13 @@ class Cut:
     size: int
 
     def shards(self) -> tuple[ShardRange, ...]:
-        return tuple(shard_ranges(self.count, self.size))
+        return tuple(shard_ranges(spec(self.count, self.size)))
 
     def tallies(self) -> Tallies:
         return Tallies({}, {})
+
+    def tallies_of_first(self, count: int) -> Tallies:
+        raise NotImplementedError(f"nothing is extended by {count} images")
 
 
 def spec(count: int = 6, size: int = 2, **changes: object) -> DatasetSpec:

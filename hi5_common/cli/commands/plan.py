@@ -13,6 +13,7 @@ from hi5_common.cli.options import JsonOption, SpecArgument, read_spec
 from hi5_common.domain.demands import are_tied
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.plan import Plan
+from hi5_common.domain.sharding import shard_count
 from hi5_common.domain.vocabulary import Attribute
 
 
@@ -42,7 +43,7 @@ def summary(planned: Plan) -> dict[str, Json]:
         "seed": planned.spec.seed,
         "count": planned.count,
         "images_per_shard": planned.images_per_shard,
-        "shards": -(-planned.count // planned.images_per_shard),
+        "shards": shard_count(planned.spec),
         "attributes": {name.value: planned.value_counts(name) for name in Attribute},
         "pairs": [
             {
@@ -70,7 +71,7 @@ def _print_summary(planned: Plan) -> None:
         counts = planned.value_counts(attribute)
         table.add_row(attribute.value, str(len(counts)), _shares(counts))
     smallest, largest = planned.joint_extremes()
-    shards = -(-planned.count // planned.images_per_shard)
+    shards = shard_count(planned.spec)
     console.out.print(
         f"[bold]{planned.spec.name}[/]: {planned.count:,} images, seed {planned.spec.seed}, "
         f"{shards:,} shards of up to {planned.images_per_shard:,}"

@@ -7,6 +7,7 @@ from uuid import UUID
 from hi5_common.db import shards
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import ShardStatus
+from hi5_common.domain.sharding import shard_number
 from hi5_common.domain.vocabulary import Attribute
 from services.api.parts import Parts
 
@@ -34,7 +35,7 @@ def gallery(parts: Parts, dataset_id: UUID, plan: Plan, first_index: int) -> Gal
     """Return the delivered images from `first_index` on."""
     wanted = IMAGES_PER_PAGE + 1  # one more tells whether there is a next page
     found: list[int] = []
-    after = first_index // plan.images_per_shard - 1
+    after = shard_number(plan.spec, first_index) - 1
     with parts.database.snapshot() as session:
         while len(found) < wanted:
             done = shards.of_dataset(

@@ -6,6 +6,7 @@ from typing import Self
 from pydantic import BaseModel
 
 from hi5_common.domain.plan import Plan
+from hi5_common.domain.sharding import shard_count
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.vocabulary import Attribute
 
@@ -47,7 +48,7 @@ class PlanView(BaseModel):
         return cls(
             spec=plan.spec,
             count=plan.count,
-            shards=-(-plan.count // plan.images_per_shard),
+            shards=shard_count(plan.spec),
             images_per_shard=plan.images_per_shard,
             values={attribute: plan.value_counts(attribute) for attribute in Attribute},
             pairs=[PairView(**asdict(pair)) for pair in plan.pair_ranges()],

@@ -1,5 +1,6 @@
 """Splits share nothing of what they are by, and each is balanced on its own."""
 
+import json
 from collections import Counter
 from typing import Any
 
@@ -113,3 +114,12 @@ def test_what_cannot_be_split_is_refused(
     with pytest.raises(InvalidInput) as caught:
         parse_spec({"count": 1000, "splits": splits} | more)
     assert str(caught.value).startswith(f"{field}:")
+
+
+def test_a_plan_does_not_depend_on_the_order_in_which_splits_are_named() -> None:
+    one = planned("environment", {"train": 850, "test": 150})
+    other = planned("environment", {"test": 150, "train": 850})
+    assert list(one.cells()) == list(other.cells())
+    stored = parse_spec(json.loads(one.spec.canonical_json()))
+    assert list(Plan.of(stored).cells()) == list(one.cells())
+    assert [Plan.of(stored).split_of(i) for i in range(99)] == [one.split_of(i) for i in range(99)]
