@@ -54,6 +54,9 @@ def summary(planned: Plan) -> dict[str, Json]:
             }
             for pair in planned.pair_ranges()
         ],
+        "splits": dict(planned.split_counts()),
+        "images_per_scene": planned.spec.images_per_scene,
+        "furthest_beginning": planned.order.stray,
         "images_per_joint_cell": {"smallest": smallest, "largest": largest},
     }
 
@@ -72,19 +75,27 @@ def _print_summary(planned: Plan) -> None:
         table.add_row(attribute.value, str(len(counts)), _shares(counts))
     smallest, largest = planned.joint_extremes()
     shards = shard_count(planned.spec)
+    split = planned.split_counts()
     console.out.print(
         f"[bold]{planned.spec.name}[/]: {planned.count:,} images, seed {planned.spec.seed}, "
         f"{shards:,} shards of up to {planned.images_per_shard:,}"
     )
     console.out.print(table)
+    if split and planned.spec.splits:
+        by = planned.spec.splits.by.value
+        console.out.print(f"Split by {by}: {_shares(split)}; each is even on its own.")
+    if planned.spec.twins:
+        names = " and ".join(name.value for name in planned.spec.twinned())
+        each = planned.spec.images_per_scene
+        console.out.print(f"Every scene comes {each} times, its twins differ in {names}.")
     console.out.print(f"Each joint cell gets {_span(smallest, largest)} images.")
     pairs = planned.pair_ranges()
     free = [pair.furthest for pair in pairs if not are_tied(planned.spec, *pair.attributes)]
     if free:
-        beginnings = 2 * len(planned.order.tables)
+        first = "images added" if planned.spec.extends else "first images"
         console.out.print(
             f"Pairs of values are within {max(free):.2f} images of independence, "
-            f"values of any number of first images within {beginnings} of their shares."
+            f"values of any number of {first} within {planned.order.stray:.0f} of their shares."
         )
     for pair in pairs:
         if pair.smallest > 0:

@@ -30,7 +30,9 @@ class PairView(BaseModel):
 
 
 class PlanView(BaseModel):
-    """What a spec would give: counts are exact, of any number of first images within two."""
+    """What a spec would give: counts are exact, of any number of first images (of a dataset that
+    extends another: of images added) within `furthest_beginning` of their shares.
+    """
 
     spec: DatasetSpec
     count: int
@@ -39,6 +41,9 @@ class PlanView(BaseModel):
     values: dict[Attribute, dict[str, int]]
     pairs: list[PairView]
     joint: JointView
+    splits: dict[str, int]
+    images_per_scene: int
+    furthest_beginning: float
     first_cells: list[dict[Attribute, str]]
 
     @classmethod
@@ -53,5 +58,8 @@ class PlanView(BaseModel):
             values={attribute: plan.value_counts(attribute) for attribute in Attribute},
             pairs=[PairView(**asdict(pair)) for pair in plan.pair_ranges()],
             joint=JointView(smallest=smallest, largest=largest),
+            splits=plan.split_counts(),
+            images_per_scene=plan.spec.images_per_scene,
+            furthest_beginning=plan.order.stray,
             first_cells=[cell.as_dict() for cell in plan.cells(0, min(FIRST_CELLS, plan.count))],
         )
