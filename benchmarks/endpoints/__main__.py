@@ -5,10 +5,11 @@
 
 For every size and database: the tables by the migrations, one dataset submitted and each of its
 shards claimed and finished by the functions a worker calls (`filling.py`), and the service as
-`hi5 up` starts it, one process on the loopback interface. Printed: the database's bytes; for each
-address the seconds of the first request to a fresh process, the size of an answer, and percentiles
-of milliseconds until its last byte, at each number of connections. "every page" asks for all pages
-of a manifest once, and is always by httpx; the other addresses are asked --requests times.
+`hi5 up` starts it, one process on the loopback interface. Printed: the database's bytes, as filled
+and compacted; for each address the seconds of the first request to a fresh process, the size of an
+answer, and percentiles of milliseconds until its last byte, at each number of connections. "every
+page" asks for all pages of a manifest once, and is always by httpx; the other addresses are asked
+--requests times.
 """
 
 import argparse
@@ -67,7 +68,13 @@ def _measured(kind: str, spec: DatasetSpec, asked: argparse.Namespace) -> int:
             targets = _targets(url, dataset_id, spec.count)
         first_s = {target.name: _first_s(made, folder, target) for target in targets}
         with serving(made.url, folder) as url:
-            return _table(url, targets, first_s, asked)
+            errors = _table(url, targets, first_s, asked)
+        made.compact()
+        size_bytes = made.size_bytes()
+        print(
+            f"compacted: {size_bytes:,} bytes, {size_bytes / spec.count:.1f} an image", flush=True
+        )
+        return errors
 
 
 def _filled(made: Made, spec: DatasetSpec) -> UUID:

@@ -1,11 +1,12 @@
 """An empty database of each kind, and how large it has become."""
 
 import shutil
+import sqlite3
 import tempfile
 import uuid
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,11 +19,15 @@ from hi5_common.db.engine import open_database
 
 @dataclass(frozen=True)
 class Made:
-    """A database with all tables: its URL, its version, and how to ask for its size in bytes."""
+    """A database with all tables: its URL and version, and how to ask for its size in bytes.
+
+    compact: gives back what no row needs any more.
+    """
 
     url: str
     version: str
     size_bytes: Callable[[], int]
+    compact: Callable[[], None]
 
 
 @contextmanager
@@ -35,7 +40,10 @@ def sqlite() -> Iterator[Made]:
         version = _asked(url, "SELECT sqlite_version()")
         # All of it: what is not in the file yet is in the log beside it.
         yield Made(
-            url, f"SQLite {version}", lambda: sum(p.stat().st_size for p in file.parent.iterdir())
+            url,
+            f"SQLite {version}",
+            lambda: sum(each.stat().st_size for each in file.parent.iterdir()),
+            lambda: _vacuumed(file),
         )
 
 
@@ -57,13 +65,25 @@ def postgres() -> Iterator[Made]:
         migrate.upgrade(url)
         version = _asked(url, "SHOW server_version")
         size = f"SELECT pg_database_size('{name}')"
-        yield Made(url, f"Postgres {version}", lambda: int(_asked(url, size)))
+        yield Made(
+            url, f"Postgres {version}", lambda: int(_asked(url, size)), lambda: _vacuumed_full(url)
+        )
     finally:
         server.cleanup()
         shutil.rmtree(folder, ignore_errors=True)
 
 
 KINDS = {"sqlite": sqlite, "postgres": postgres}
+
+
+def _vacuumed(file: Path) -> None:
+    with closing(sqlite3.connect(file, isolation_level=None)) as connection:
+        connection.execute("VACUUM")
+
+
+def _vacuumed_full(url: str) -> None:
+    with psycopg.connect(url, autocommit=True) as connection:
+        connection.execute("VACUUM FULL")
 
 
 def _asked(url: str, question: str) -> str:
