@@ -11,7 +11,7 @@ import pydantic
 import yaml
 from pydantic import Field
 
-from hi5_common.domain import demands, growth, spec_errors, splits, twins
+from hi5_common.domain import demands, growth, spec_errors, splits, tag_reading, twins
 from hi5_common.domain.assets import commercial_problems, may_be_traded
 from hi5_common.domain.environments import CATALOGUE
 from hi5_common.domain.errors import InvalidInput, Problem
@@ -199,6 +199,16 @@ class DatasetSpec(StrictModel):
     images_per_shard: int | None = Field(None, ge=1, le=10_000, strict=True)
     commercial_safe: bool = Field(False, strict=True)
     """Refuse whatever may not be used commercially; see `rights.py` for panoramas of one's own."""
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _read_tags(cls, asked: object) -> object:
+        if not isinstance(asked, Mapping):
+            return asked
+        found, problems = tag_reading.resolved(asked)
+        if problems:
+            raise ProblemsFound(problems)
+        return found
 
     @pydantic.model_validator(mode="after")
     def _check_values_and_counts(self) -> Self:
