@@ -20,7 +20,7 @@ from hi5_common.domain.vocabulary import DEFAULTS, Attribute
 
 FIELD = "attributes.environment"
 
-CONDITIONS = {"combinations": "of"}
+CONDITIONS = {"combinations": "of", "conditional": "given"}
 """Fields that are lists of conditions, and where a condition lists values of attributes."""
 
 

@@ -6,14 +6,15 @@ the rest is as near to independent as that allows: a small mixed-integer program
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from hi5_common.domain.planning.strand import Floats, Ints, Strand
+from hi5_common.domain.planning.terms import Limits, Term
 
 SMALLEST, LOOKED_AT = 3, 100
 """All sets of so many demands or fewer are looked through for the smallest that clash, if there are
@@ -28,21 +29,17 @@ _FOUND, _NONE = 0, 2
 """What SciPy's `milp` says where it has the best answer, and where there is none."""
 
 
-@dataclass(frozen=True)
-class Demand:
-    """So many images shall have values that are all among those listed, by number of a strand."""
-
-    values: Mapping[int, frozenset[int]]
-    count: int
-
-
 @dataclass(frozen=True, eq=False)
 class Linked:
-    """Strands that demands link, and the number of images. Places of demands are in `strands`."""
+    """Strands that demands link, and the number of images. Places of demands are in `strands`.
+
+    free: places of strands of which nothing is asked but what demands make of them.
+    """
 
     strands: tuple[Strand, ...]
-    demands: tuple[Demand, ...]
+    demands: tuple[Term, ...]
     count: int
+    free: frozenset[int] = frozenset()
 
     @cached_property
     def _key(self) -> tuple[object, ...]:
@@ -50,8 +47,8 @@ class Linked:
             (strand.size, None if strand.counts is None else tuple(strand.counts.tolist()))
             for strand in self.strands
         )
-        demands = tuple((tuple(sorted(d.values.items())), d.count) for d in self.demands)
-        return strands, demands, self.count
+        demands = tuple((type(demand), demand.key) for demand in self.demands)
+        return strands, demands, self.count, self.free
 
     def __hash__(self) -> int:
         return hash(self._key)
@@ -68,7 +65,7 @@ class Linked:
     def solved(self, rng: np.random.Generator) -> Ints | None:
         """Return the images (cells,) of every combination; None if the demands clash."""
         ties = _TIES * rng.random(len(self.combinations))
-        return self._program(range(len(self.demands)), self._independent(), ties)
+        return self._program(range(len(self.demands)), self.expected, ties)
 
     def clash(self) -> tuple[int, ...]:
         """Return the numbers of demands that cannot be met together; empty if all can.
@@ -91,39 +88,43 @@ class Linked:
                 left = without
         return tuple(left)
 
-    def nearest(self) -> tuple[int, ...] | None:
-        """Return counts of the demands that can be met, changed by as few images as possible.
+    def nearest(self) -> tuple[int | tuple[int, ...] | None, ...] | None:
+        """Return what of the demands can be met, changed by as few images as possible.
 
         None if the attributes' own counts do not go together, whatever is demanded.
         """
         import scipy.sparse as sp
 
-        cells, demands = len(self.combinations), len(self.demands)
-        rows, low, high = self._margins
-        marks = sp.csr_matrix(np.array([self._marked(demand) for demand in self.demands], float))
-        slack = sp.csr_matrix((rows.shape[0], 2 * demands))
-        own = sp.hstack([marks, sp.eye(demands), -sp.eye(demands)])
-        counts = np.array([demand.count for demand in self.demands], dtype=np.float64)
-        costs = np.concatenate([np.zeros(cells), np.ones(2 * demands)])
-        most = np.full_like(costs, np.inf)
-        limits = [(sp.hstack([rows, slack]), low, high), (own, counts, counts)]
-        found = _solved(costs, most, limits)
-        return None if found is None else tuple((marks @ found[:cells]).astype(int).tolist())
+        cells = len(self.combinations)
+        slacks = [demand.slack for demand in self.demands]
+        rows, low, high = zip(*self._exact(range(len(slacks))), strict=True)
+        none = sp.csr_matrix((rows[0].shape[0], 0))
+        columns = sp.block_diag([none, *(slack.columns for slack in slacks)])
+        table = sp.hstack([sp.vstack(rows), columns])
+        costs = np.concatenate([np.zeros(cells), *(slack.costs for slack in slacks)])
+        whole = [np.full(len(slack.costs), float(slack.whole)) for slack in slacks]
+        found = _solved(
+            costs,
+            np.full_like(costs, np.inf),
+            [(table, np.concatenate(low), np.concatenate(high))],
+            np.concatenate([np.ones(cells), *whole]),
+        )
+        if found is None:
+            return None
+        return tuple(demand.nearest(self.combinations, found[:cells]) for demand in self.demands)
 
     def _possible(self, numbers: Sequence[int]) -> bool:
         nothing = np.zeros(len(self.combinations))
         most = np.full_like(nothing, self.count)
         return _solved(nothing, most, self._exact(numbers)) is not None
 
-    def _exact(self, numbers: Sequence[int]) -> list[tuple[Any, Any, Any]]:
+    def _exact(self, numbers: Sequence[int]) -> list[Limits]:
         """Return the limits that the attributes' counts and demands set: rows, least and most."""
-        import scipy.sparse as sp
+        return [self._margins, *(self._limits[number] for number in numbers)]
 
-        limits: list[tuple[Any, Any, Any]] = [self._margins]
-        for number in numbers:
-            demand = self.demands[number]
-            limits.append((sp.csr_matrix(self._marked(demand)), demand.count, demand.count))
-        return limits
+    @cached_property
+    def _limits(self) -> list[Limits]:
+        return [demand.limits(self.combinations) for demand in self.demands]
 
     def _program(self, numbers: Sequence[int], wanted: Floats, ties: Floats) -> Ints | None:
         """Return whole numbers (cells,) near `wanted`: the sum of distances, with `ties`, is least.
@@ -148,40 +149,35 @@ class Linked:
         return whole.astype(np.int64) - less + up + more
 
     @cached_property
-    def _margins(self) -> tuple[Any, Floats, Floats]:
+    def _margins(self) -> Limits:
         """Return rows (values, cells), and the fewest and the most images of each value."""
         import scipy.sparse as sp
 
         rows, low, high = [np.ones(len(self.combinations))], [self.count], [self.count]
         for place, strand in enumerate(self.strands):
             share, extra = divmod(self.count, strand.size)
-            for value in range(strand.size):
+            for value in range(strand.size if place not in self.free else 0):
                 rows.append((self.combinations[:, place] == value).astype(np.float64))
                 given = None if strand.counts is None else int(strand.counts[value])
                 low.append(share if given is None else given)
                 high.append(share + bool(extra) if given is None else given)
         return sp.csr_matrix(np.array(rows)), np.array(low, float), np.array(high, float)
 
-    def _marked(self, demand: Demand) -> Floats:
-        """Return 1 for the combinations (cells,) that a demand is about, 0 for others."""
-        marked = np.ones(len(self.combinations))
-        for place, values in demand.values.items():
-            marked *= np.isin(self.combinations[:, place], sorted(values))
-        return marked
-
-    def _independent(self) -> Floats:
+    @cached_property
+    def expected(self) -> Floats:
         """Return shares of the images (cells,): independent, then fitted to demands and counts."""
         shares = [strand.shares for strand in self.strands]
         cells = np.full(len(self.combinations), float(self.count))
         for place, share in enumerate(shares):
             cells *= share[self.combinations[:, place]]
-        marks = [(self._marked(demand) > 0, demand.count) for demand in self.demands]
+        fits = [demand.fitting(self.combinations, self.count) for demand in self.demands]
         for _ in range(_FITTINGS):
             before = cells.copy()
-            for marked, count in marks:
-                cells[marked] *= _ratio(count, cells[marked].sum())
-                cells[~marked] *= _ratio(self.count - count, cells[~marked].sum())
+            for fit in fits:
+                fit(cells)
             for place, share in enumerate(shares):
+                if place in self.free:
+                    continue
                 column = self.combinations[:, place]
                 sums = np.bincount(column, weights=cells, minlength=len(share))
                 ratios = np.divide(
@@ -193,20 +189,19 @@ class Linked:
         return cells
 
 
-def _ratio(wanted: float, found: float) -> float:
-    return wanted / found if found > 0 else 0.0
-
-
-def _solved(costs: Floats, most: Floats, limits: Sequence[tuple[Any, Any, Any]]) -> Ints | None:
+def _solved(
+    costs: Floats, most: Floats, limits: Sequence[Limits], whole: Floats | None = None
+) -> Ints | None:
     """Return the whole numbers from 0 to `most` whose cost is least; None if there are none.
 
-    Raises RuntimeError where the solver cannot tell.
+    Where `whole` is 0 they need not be whole, and are rounded. Raises RuntimeError where the solver
+    cannot tell.
     """
     from scipy.optimize import Bounds, LinearConstraint, milp
 
     found = milp(
         costs,
-        integrality=np.ones_like(costs),
+        integrality=np.ones_like(costs) if whole is None else whole,
         bounds=Bounds(0, most),
         constraints=[LinearConstraint(*limit) for limit in limits],
         options={"mip_rel_gap": 0.0},
@@ -216,19 +211,14 @@ def _solved(costs: Floats, most: Floats, limits: Sequence[tuple[Any, Any, Any]])
     return None if found.status == _NONE else np.rint(found.x).astype(np.int64)
 
 
-def links(demands: Sequence[Demand]) -> list[tuple[tuple[int, ...], list[int]]]:
-    """Return groups of places that demands link, in order, with the demands' numbers."""
+def links(linked: Sequence[AbstractSet[int]]) -> list[tuple[tuple[int, ...], list[int]]]:
+    """Return groups of places that are linked, in order, with the numbers of what links them."""
     groups: list[tuple[set[int], list[int]]] = []
-    for number, demand in enumerate(demands):
-        places, numbers = set(demand.values), [number]
+    for number, these in enumerate(linked):
+        places, numbers = set(these), [number]
         for group in [group for group in groups if group[0] & places]:
             places |= group[0]
             numbers = group[1] + numbers
             groups.remove(group)
         groups.append((places, sorted(numbers)))
     return [(tuple(sorted(places)), numbers) for places, numbers in groups]
-
-
-def relative(demand: Demand, places: Sequence[int]) -> Demand:
-    """Return a demand with places counted among those of its group."""
-    return Demand({places.index(k): values for k, values in demand.values.items()}, demand.count)

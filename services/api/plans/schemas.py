@@ -5,6 +5,7 @@ from typing import Self
 
 from pydantic import BaseModel
 
+from hi5_common.domain.outcomes import covered, shared
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.vocabulary import Attribute
@@ -28,6 +29,23 @@ class PairView(BaseModel):
     furthest: float
 
 
+class SharedView(BaseModel):
+    """Images by value of an attribute, among those with one of the values given of others."""
+
+    given: dict[Attribute, list[str]]
+    of: Attribute
+    images: dict[str, int]
+
+
+class CoveredView(BaseModel):
+    """The images of the rarest and the commonest combination of attributes; at_least was asked."""
+
+    of: tuple[Attribute, ...]
+    at_least: int
+    smallest: int
+    largest: int
+
+
 class PlanView(BaseModel):
     """What a spec would give: counts are exact, of any number of first images within two."""
 
@@ -38,6 +56,8 @@ class PlanView(BaseModel):
     values: dict[Attribute, dict[str, int]]
     pairs: list[PairView]
     joint: JointView
+    conditional: list[SharedView]
+    coverage: list[CoveredView]
     first_cells: list[dict[Attribute, str]]
 
     @classmethod
@@ -52,5 +72,7 @@ class PlanView(BaseModel):
             values={attribute: plan.value_counts(attribute) for attribute in Attribute},
             pairs=[PairView(**asdict(pair)) for pair in plan.pair_ranges()],
             joint=JointView(smallest=smallest, largest=largest),
+            conditional=[SharedView(**asdict(one)) for one in shared(plan)],
+            coverage=[CoveredView(**asdict(one)) for one in covered(plan)],
             first_cells=[cell.as_dict() for cell in plan.cells(0, min(FIRST_CELLS, plan.count))],
         )

@@ -4,10 +4,11 @@ from collections import Counter
 
 import pytest
 
+from hi5_common.domain.conditions import Combination
 from hi5_common.domain.environments import CATALOGUE, EnvironmentKind
 from hi5_common.domain.errors import InvalidInput
 from hi5_common.domain.plan import Plan
-from hi5_common.domain.spec import AttributeRequests, Combination, DatasetSpec, parse_spec
+from hi5_common.domain.spec import AttributeRequests, DatasetSpec, parse_spec
 from hi5_common.domain.tags import TAGS
 from hi5_common.domain.vocabulary import Attribute
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from hi5_common.domain.plan import Plan
-from hi5_common.domain.planning.linked import Demand, Linked
+from hi5_common.domain.planning.linked import Linked
 from hi5_common.domain.planning.strand import Strand
+from hi5_common.domain.planning.terms import Demand
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.spec import parse_spec
 
