@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from hi5_common.domain.spec import DatasetSpec
 
 MAX_GENERATIONS = 16
-UNCHANGED = ("seed", "image", "render", "labels", "twins", "commercial_safe")
+UNCHANGED = ("seed", "image", "render", "labels", "twins", "commercial_safe", "distributions")
 """Fields that an image depends on beside its cell: what is there must stay as it is."""
 
 

@@ -11,9 +11,18 @@ import pydantic
 import yaml
 from pydantic import Field
 
-from hi5_common.domain import clashes, growth, spec_errors, splits, tag_reading, twins
+from hi5_common.domain import (
+    clashes,
+    distributions,
+    growth,
+    spec_errors,
+    splits,
+    tag_reading,
+    twins,
+)
 from hi5_common.domain.assets import commercial_problems, may_be_traded
 from hi5_common.domain.conditions import MAX_CONDITIONS, Combination, Conditional, Coverage
+from hi5_common.domain.distributions import AskedDistribution
 from hi5_common.domain.environments import CATALOGUE
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.shares import whole_shares
@@ -26,7 +35,15 @@ from hi5_common.domain.vocabulary import ALWAYS_BALANCED, DEFAULTS, Attribute
 MAX_SIDE_PX = 8192
 MAX_ASKED_SHARDS = 100_000
 
-LATER = ("twins", "splits", "extends", "commercial_safe", "conditional", "coverage")
+LATER = (
+    "twins",
+    "splits",
+    "extends",
+    "commercial_safe",
+    "conditional",
+    "coverage",
+    "distributions",
+)
 """Fields that earlier versions did not know."""
 QUALITY_WAYS = ("quality", "max_error", "seconds_per_image")
 """The fields of `render` that say how many samples an image gets."""
@@ -169,6 +186,7 @@ class DatasetSpec(StrictModel):
     combinations: list[Combination] = Field(default=[], max_length=MAX_CONDITIONS)
     conditional: list[Conditional] = Field(default=[], max_length=MAX_CONDITIONS)
     coverage: list[Coverage] = Field(default=[], max_length=MAX_CONDITIONS)
+    distributions: dict[Attribute, AskedDistribution] = Field(default={})
     twins: list[Attribute] = Field(default=[], max_length=len(twins.TWINNED))
     splits: Splits | None = None
     extends: "DatasetSpec | None" = None
@@ -206,7 +224,7 @@ class DatasetSpec(StrictModel):
             named = self.values_of(Attribute.ENVIRONMENT)
             problems += commercial_problems((v for v in named if v in CATALOGUE), {})
         if not problems:
-            problems += clashes.problems(self)
+            problems += clashes.problems(self) + distributions.problems(self)
         problems += spec_errors.repeated("labels", [kind.value for kind in self.labels])
         if self.images_per_shard and self.count > self.images_per_shard * MAX_ASKED_SHARDS:
             least = -(-self.count // MAX_ASKED_SHARDS)
