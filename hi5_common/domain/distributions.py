@@ -78,7 +78,7 @@ class Triangular(StrictModel):
 
 
 class Distribution(StrictModel):
-    """One of those above."""
+    """Just one of them."""
 
     uniform: Uniform | None = None
     normal: Normal | None = None

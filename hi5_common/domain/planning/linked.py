@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from hi5_common.domain.planning.strand import Floats, Ints, Strand
-from hi5_common.domain.planning.terms import Limits, Term
+from hi5_common.domain.planning.table import Bounds, Table
+from hi5_common.domain.planning.terms import Conditional, Limits, Term
 
 SMALLEST, LOOKED_AT = 3, 100
 """All sets of so many demands or fewer are looked through for the smallest that clash, if there are
@@ -23,10 +24,6 @@ _FITTINGS = 200
 _TIES = 1e-3
 """What an image of a combination costs at most, in distances: it makes one of several equally good
 answers the best. (Noise in the weight of distances would not, where a half is rounded.)"""
-_SCALE = 1e3
-"""Of costs: the solver takes answers that are less than a millionth apart for equally good."""
-_FOUND, _NONE = 0, 2
-"""What SciPy's `milp` says where it has the best answer, and where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,16 +53,39 @@ class Linked:
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Linked) and self._key == other._key
 
-    @cached_property
+    @property
     def combinations(self) -> Ints:
         """Return every combination (cells, strands) of value numbers."""
-        ranges = [range(strand.size) for strand in self.strands]
-        return np.array(list(itertools.product(*ranges)), dtype=np.int64)
+        return self._table.cells
 
     def solved(self, rng: np.random.Generator) -> Ints | None:
         """Return the images (cells,) of every combination; None if the demands clash."""
         ties = _TIES * rng.random(len(self.combinations))
-        return self._program(range(len(self.demands)), self.expected, ties)
+        limits = self._table.limits(range(len(self.demands)))
+        if any(isinstance(demand, Conditional) for demand in self.demands):
+            found = self._of_classes(ties)
+            if found is None:
+                return None
+            limits = [self._table.margins, found]
+        return self._table.near(self.expected, ties, limits)
+
+    def _of_classes(self, ties: Floats) -> Limits | None:
+        """Return as limits the images of every combination of classes; None if demands clash.
+
+        Shares among many values make a hard program: of a few classes it is an easy one, and what
+        is left is to deal the images of a class out to its values.
+        """
+        import scipy.sparse as sp
+
+        coarse, codes = self._coarse, self._codes
+        expected = np.bincount(codes, weights=self.expected, minlength=len(coarse.cells))
+        own = ties[np.unique(codes, return_index=True)[1]]
+        images = coarse.near(expected, own, coarse.limits(range(len(self.demands))))
+        if images is None:
+            return None
+        ones, places = np.ones(len(codes)), np.arange(len(codes))
+        rows = sp.csr_matrix((ones, (codes, places)), shape=(len(images), len(codes)))
+        return rows, images.astype(np.float64), images.astype(np.float64)
 
     def clash(self) -> tuple[int, ...]:
         """Return the numbers of demands that cannot be met together; empty if all can.
@@ -93,75 +113,52 @@ class Linked:
 
         None if the attributes' own counts do not go together, whatever is demanded.
         """
-        import scipy.sparse as sp
-
-        cells = len(self.combinations)
-        slacks = [demand.slack for demand in self.demands]
-        rows, low, high = zip(*self._exact(range(len(slacks))), strict=True)
-        none = sp.csr_matrix((rows[0].shape[0], 0))
-        columns = sp.block_diag([none, *(slack.columns for slack in slacks)])
-        table = sp.hstack([sp.vstack(rows), columns])
-        costs = np.concatenate([np.zeros(cells), *(slack.costs for slack in slacks)])
-        whole = [np.full(len(slack.costs), float(slack.whole)) for slack in slacks]
-        found = _solved(
-            costs,
-            np.full_like(costs, np.inf),
-            [(table, np.concatenate(low), np.concatenate(high))],
-            np.concatenate([np.ones(cells), *whole]),
-        )
-        if found is None:
-            return None
-        return tuple(demand.nearest(self.combinations, found[:cells]) for demand in self.demands)
+        return self._coarse.nearest()
 
     def _possible(self, numbers: Sequence[int]) -> bool:
-        nothing = np.zeros(len(self.combinations))
-        most = np.full_like(nothing, self.count)
-        return _solved(nothing, most, self._exact(numbers)) is not None
-
-    def _exact(self, numbers: Sequence[int]) -> list[Limits]:
-        """Return the limits that the attributes' counts and demands set: rows, least and most."""
-        return [self._margins, *(self._limits[number] for number in numbers)]
+        return self._coarse.possible(numbers)
 
     @cached_property
-    def _limits(self) -> list[Limits]:
-        return [demand.limits(self.combinations) for demand in self.demands]
+    def _table(self) -> Table:
+        bounds = tuple(
+            None if place in self.free else _bounds(strand, self.count, np.arange(strand.size))
+            for place, strand in enumerate(self.strands)
+        )
+        return Table(tuple(s.size for s in self.strands), bounds, self.demands, self.count)
 
-    def _program(self, numbers: Sequence[int], wanted: Floats, ties: Floats) -> Ints | None:
-        """Return whole numbers (cells,) near `wanted`: the sum of distances, with `ties`, is least.
+    @cached_property
+    def _coarse(self) -> Table:
+        """Return the table of classes: it can be met just when that of all values can.
 
-        Each is the whole part of what is wanted, less some images, with the one that rounds it up,
-        and more: whole numbers alone, of which the solver's answer is exact.
+        For what is asked of a class is asked of none of its values, whose own counts any images
+        of the class may be dealt out to.
         """
-        import scipy.sparse as sp
-
-        whole = np.floor(wanted)
-        limits = [
-            (sp.hstack([-rows, rows, rows]), low - rows @ whole, high - rows @ whole)
-            for rows, low, high in self._exact(numbers)
-        ]
-        up_costs = 1.0 - 2.0 * (wanted - whole)
-        costs = _SCALE * np.concatenate([1.0 - ties, up_costs + ties, 1.0 + ties])
-        most = np.concatenate([whole, np.ones_like(whole), np.full_like(whole, self.count)])
-        found = _solved(costs, most, limits)
-        if found is None:
-            return None
-        less, up, more = np.split(found, 3)
-        return whole.astype(np.int64) - less + up + more
+        classes = self._classes
+        bounds = tuple(
+            None if place in self.free else _bounds(strand, self.count, classes[place])
+            for place, strand in enumerate(self.strands)
+        )
+        terms = tuple(demand.coarse(classes) for demand in self.demands)
+        return Table(tuple(int(c.max()) + 1 for c in classes), bounds, terms, self.count)
 
     @cached_property
-    def _margins(self) -> Limits:
-        """Return rows (values, cells), and the fewest and the most images of each value."""
-        import scipy.sparse as sp
+    def _codes(self) -> Ints:
+        """Return the combination of classes (cells,) that each combination of values is of."""
+        columns = zip(self._classes, self.combinations.T, strict=True)
+        places = tuple(classes[column] for classes, column in columns)
+        return np.asarray(np.ravel_multi_index(places, self._coarse.sizes), dtype=np.int64)
 
-        rows, low, high = [np.ones(len(self.combinations))], [self.count], [self.count]
+    @cached_property
+    def _classes(self) -> tuple[Ints, ...]:
+        """Return the class (n,) of each value of every strand: no demand tells its values apart."""
+        found = []
         for place, strand in enumerate(self.strands):
-            share, extra = divmod(self.count, strand.size)
-            for value in range(strand.size if place not in self.free else 0):
-                rows.append((self.combinations[:, place] == value).astype(np.float64))
-                given = None if strand.counts is None else int(strand.counts[value])
-                low.append(share if given is None else given)
-                high.append(share + bool(extra) if given is None else given)
-        return sp.csr_matrix(np.array(rows)), np.array(low, float), np.array(high, float)
+            marks = np.array([demand.marks(place, strand.size) for demand in self.demands])
+            if any(len(np.unique(row)) == strand.size for row in marks):
+                found.append(np.arange(strand.size))
+            else:
+                found.append(np.unique(marks, axis=1, return_inverse=True)[1].reshape(-1))
+        return tuple(found)
 
     @cached_property
     def expected(self) -> Floats:
@@ -189,26 +186,15 @@ class Linked:
         return cells
 
 
-def _solved(
-    costs: Floats, most: Floats, limits: Sequence[Limits], whole: Floats | None = None
-) -> Ints | None:
-    """Return the whole numbers from 0 to `most` whose cost is least; None if there are none.
-
-    Where `whole` is 0 they need not be whole, and are rounded. Raises RuntimeError where the solver
-    cannot tell.
-    """
-    from scipy.optimize import Bounds, LinearConstraint, milp
-
-    found = milp(
-        costs,
-        integrality=np.ones_like(costs) if whole is None else whole,
-        bounds=Bounds(0, most),
-        constraints=[LinearConstraint(*limit) for limit in limits],
-        options={"mip_rel_gap": 0.0},
-    )
-    if found.status not in (_FOUND, _NONE):
-        raise RuntimeError(f"the solver gave no answer: {found.message}")
-    return None if found.status == _NONE else np.rint(found.x).astype(np.int64)
+def _bounds(strand: Strand, count: int, classes: Ints) -> Bounds:
+    """Return the fewest and the most images of each class of a strand's values."""
+    if strand.counts is not None:
+        exact = np.bincount(classes, weights=strand.counts).astype(np.int64)
+        return exact, exact
+    share, extra = divmod(count, strand.size)
+    sizes = np.bincount(classes)
+    fewest = np.maximum(0, extra - (strand.size - sizes))
+    return share * sizes + fewest, share * sizes + np.minimum(sizes, extra)
 
 
 def links(linked: Sequence[AbstractSet[int]]) -> list[tuple[tuple[int, ...], list[int]]]:

@@ -48,6 +48,14 @@ class Term(Protocol):
         """Return it with places counted among those of its group."""
         ...
 
+    def marks(self, place: int, size: int) -> Ints:
+        """Return numbers (size,) that differ where it tells two values of a strand apart."""
+        ...
+
+    def coarse(self, classes: Sequence[Ints], /) -> Self:
+        """Return it with classes (n,), of values that it does not tell apart, as values."""
+        ...
+
     def limits(self, cells: Ints) -> Limits:
         """Return the rows that hold exactly where it is met."""
         ...
@@ -83,6 +91,12 @@ class Demand:
 
     def at(self, places: Sequence[int]) -> "Demand":
         return Demand({places.index(k): values for k, values in self.values.items()}, self.count)
+
+    def marks(self, place: int, size: int) -> Ints:
+        return _among(self.values, place, size)
+
+    def coarse(self, classes: Sequence[Ints]) -> "Demand":
+        return Demand(_coarse(self.values, classes), self.count)
 
     def limits(self, cells: Ints) -> Limits:
         count = np.array([self.count], dtype=np.float64)
@@ -126,6 +140,12 @@ class Conditional:
     def at(self, places: Sequence[int]) -> "Conditional":
         given = {places.index(k): values for k, values in self.given.items()}
         return Conditional(given, places.index(self.of), self.shares)
+
+    def marks(self, place: int, size: int) -> Ints:
+        return np.arange(size) if place == self.of else _among(self.given, place, size)
+
+    def coarse(self, classes: Sequence[Ints]) -> "Conditional":
+        return Conditional(_coarse(self.given, classes), self.of, self.shares)
 
     def limits(self, cells: Ints) -> Limits:
         within = marked(cells, self.given)
@@ -182,6 +202,12 @@ class AtLeast:
     def at(self, places: Sequence[int]) -> "AtLeast":
         return AtLeast(tuple(places.index(k) for k in self.among), self.sizes, self.least)
 
+    def marks(self, place: int, size: int) -> Ints:
+        return np.arange(size) if place in self.among else np.zeros(size, dtype=np.int64)
+
+    def coarse(self, _classes: Sequence[Ints]) -> "AtLeast":
+        return self
+
     def limits(self, cells: Ints) -> Limits:
         import scipy.sparse as sp
 
@@ -222,6 +248,20 @@ def marked(cells: Ints, values: Mapping[int, frozenset[int]]) -> Floats:
     for place, listed in values.items():
         found *= np.isin(cells[:, place], sorted(listed))
     return found
+
+
+def _among(values: Mapping[int, frozenset[int]], place: int, size: int) -> Ints:
+    listed = sorted(values.get(place, ()))
+    return np.isin(np.arange(size), listed).astype(np.int64)
+
+
+def _coarse(
+    values: Mapping[int, frozenset[int]], classes: Sequence[Ints]
+) -> dict[int, frozenset[int]]:
+    return {
+        place: frozenset(classes[place][sorted(listed)].tolist())
+        for place, listed in values.items()
+    }
 
 
 def _ratio(wanted: float, found: float) -> float:
