@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pydantic
 
 from hi5_common.domain import coverage, spec_errors, twins
-from hi5_common.domain.demands import Group, Named, follows, groups
+from hi5_common.domain.demands import MOST_CELLS, Group, Named, Values, follows, groups
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.planning.linked import Linked
 from hi5_common.domain.planning.terms import AtLeast
@@ -17,9 +17,6 @@ from hi5_common.domain.vocabulary import Attribute
 
 if TYPE_CHECKING:
     from hi5_common.domain.spec import DatasetSpec
-
-MOST_CELLS = 5_000
-"""Combinations of the attributes that a spec's conditions link, at most."""
 
 Nearest = tuple[int | tuple[int, ...] | None, ...]
 
@@ -41,14 +38,28 @@ def problems(spec: "DatasetSpec") -> list[Problem]:
     if found:
         return found
     values = {attribute: spec.values_of(attribute) for attribute in Attribute}
-    for group in groups(spec, values, coverage.bound(spec)):
-        found += _too_many(group) or _clashes(spec, group)
+    for group in _judged(spec, values):
+        wrong = _too_many(spec, group) or _clashes(spec, group)
+        found += [problem for problem in wrong if problem not in found]
     return found
+
+
+def _judged(spec: "DatasetSpec", values: Values) -> list[Group]:
+    """Return groups of which each must be possible.
+
+    Coverage that would link too much at once is judged one by one: it hardly ever needs linking,
+    and a plan that needs more than can be linked is refused (see ordering.py).
+    """
+    bound = coverage.bound(spec)
+    together = groups(spec, values, bound)
+    if len(bound) < 2 or all(_cells(group) <= MOST_CELLS for group in together):
+        return together
+    return [group for number in bound for group in groups(spec, values, (number,))]
 
 
 def linkable(group: Group) -> bool:
     """Tell whether a group can be planned: it is not too large, and its conditions can be met."""
-    return not _too_many(group) and not _clash(group.linked)[0]
+    return _cells(group) <= MOST_CELLS and not _clash(group.linked)[0]
 
 
 def _of_scenes(spec: "DatasetSpec") -> list[Problem]:
@@ -106,14 +117,24 @@ def _misnamed(
     return found
 
 
-def _too_many(group: Group) -> list[Problem]:
-    cells = math.prod(strand.size for strand in group.linked.strands)
-    if cells <= MOST_CELLS:
+def _cells(group: Group) -> int:
+    return math.prod(strand.size for strand in group.linked.strands)
+
+
+def _too_many(spec: "DatasetSpec", group: Group) -> list[Problem]:
+    if _cells(group) <= MOST_CELLS:
         return []
     names = ", ".join(attribute.value for attribute in group.attributes)
-    first = group.conditions[0].field
-    remedy = f"They link {names}, which have {cells:,} combinations, over {MOST_CELLS:,}."
-    return [Problem(first, names, f"{remedy} Ask for fewer values.")]
+    many = f"{_cells(group):,} combinations, over {MOST_CELLS:,}."
+    remedy = f"They link {names}, which have {many} Ask for fewer values"
+    enough = [
+        images
+        for condition in group.conditions
+        if condition.field == "coverage"
+        and (images := coverage.enough(spec, condition.number)) is not None
+    ]
+    more = f", or for {max(enough):,} images or more, which need no linking" if enough else ""
+    return [Problem(group.conditions[-1].field, names, f"{remedy}{more}.")]
 
 
 @lru_cache(maxsize=64)

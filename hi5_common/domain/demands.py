@@ -19,6 +19,9 @@ from hi5_common.domain.vocabulary import Attribute
 if TYPE_CHECKING:
     from hi5_common.domain.spec import DatasetSpec
 
+MOST_CELLS = 5_000
+"""Combinations of the attributes that a spec's conditions link, at most."""
+
 Values = Mapping[Attribute, Sequence[str]]
 """The values of every attribute, by number, as they are planned."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from hi5_common.domain import coverage, splits, twins
 from hi5_common.domain.clashes import linkable
 from hi5_common.domain.demands import bundles, groups, strand_of
-from hi5_common.domain.errors import InvalidInput, Problem
+from hi5_common.domain.errors import InvalidInput
 from hi5_common.domain.planning.joined import Interleaved, Renumbered, Twinned
 from hi5_common.domain.planning.order import Order, grown, order_of
 from hi5_common.domain.planning.sizes import value_sizes
@@ -82,9 +82,7 @@ def _woven(spec: DatasetSpec, values: Values, crossed: tuple[Attribute, ...]) ->
             return order
         linked |= short
         if not all(map(linkable, groups(spec, values, linked))):
-            asked = spec.coverage[min(short)].at_least
-            remedy = "The plan falls short of it: ask for less, or for more images."
-            raise InvalidInput([Problem(f"coverage.{min(short)}.at_least", asked, remedy)])
+            raise InvalidInput([coverage.short_of(spec, min(short), order, crossed)])
 
 
 def _of_twins(spec: DatasetSpec, values: Values, crossed: tuple[Attribute, ...]) -> Order:

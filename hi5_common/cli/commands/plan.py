@@ -17,6 +17,9 @@ from hi5_common.domain.outcomes import covered, shared
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.vocabulary import Attribute
 
+MOST_NAMED = 6
+"""Values that a line of conditional shares names."""
+
 
 def plan(
     spec_path: SpecArgument,
@@ -132,6 +135,8 @@ def _print_conditions(planned: Plan) -> None:
 
 
 def _either(values: Sequence[str]) -> str:
+    if len(values) > MOST_NAMED:
+        return f"one of {len(values)} ({values[0]}, {values[1]}, ...)"
     return values[0] if len(values) == 1 else f"one of {', '.join(values)}"
 
 

@@ -247,12 +247,29 @@ def test_what_clashes_is_refused_with_the_nearest() -> None:
     assert "combinations.0.count: 3 instead of 1" in str(refused.value)
 
 
-def test_too_many_combinations_are_refused_unless_there_are_images_enough() -> None:
-    triple = {"count": 100_000, "coverage": [every(1, "skin_tone", "pose", "environment")]}
-    with pytest.raises(InvalidInput, match="29,304 combinations, over 5,000"):
-        parse_spec(triple)
-    wide = [every(2, "pose", "environment"), every(20, "pose", "skin_tone")]
-    assert parse_spec({"count": 20_000, "coverage": wide}).count == 20_000
+def test_too_many_combinations_are_refused_with_the_images_that_would_do() -> None:
+    triple = [every(1, "skin_tone", "pose", "environment")]
+    with pytest.raises(InvalidInput, match="29,304 combinations, over 5,000") as refused:
+        parse_spec({"count": 60_000, "coverage": triple})
+    assert "or for 263,736 images or more, which need no linking" in str(refused.value)
+    (found,) = covered(Plan.of(parse_spec({"count": 263_736, "coverage": triple})))
+    assert found.smallest >= 1
+
+
+def test_what_links_too_much_at_once_is_judged_one_by_one_and_planned() -> None:
+    asked = [every(2, "pose", "environment"), every(30, "pose", "viewpoint")]
+    plan = Plan.of(parse_spec({"count": 9768, "coverage": asked}))
+    assert all(one.smallest >= one.at_least for one in covered(plan))
+
+
+def test_a_plan_that_falls_short_and_cannot_be_mended_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    missed(monkeypatch)
+    monkeypatch.setattr(ordering, "linkable", lambda group: False)
+    spec = spec_of(77, every(8, "pose", "environment"))
+    with pytest.raises(InvalidInput, match="ask for at_least 8, or for more images"):
+        Plan.of(spec)
 
 
 @pytest.mark.parametrize(
