@@ -7,6 +7,7 @@ from hi5_common.domain.affect import POSE_AFFECT
 from hi5_common.domain.environments import CATALOGUE, EnvironmentKind, EnvironmentOrigin
 from hi5_common.domain.light import LightLevel, light_level
 from hi5_common.domain.spec_schema import spec_json_schema
+from hi5_common.domain.tags import PREFIX, TAGS
 from hi5_common.domain.vocabulary import (
     DEFAULTS,
     ITA_RANGE_DEG,
@@ -48,7 +49,7 @@ class EnvironmentView(BaseModel):
 
 class VocabularyView(BaseModel):
     """Attributes and their values in canonical order, and what a spec that leaves one out gets;
-    what values mean; keypoints; bones as pairs of keypoints.
+    what values mean; what tags stand for; keypoints; bones as pairs of keypoints.
     """
 
     attributes: dict[Attribute, list[str]]
@@ -57,6 +58,7 @@ class VocabularyView(BaseModel):
     ita_range_deg: tuple[float, float]
     shapes: dict[Attribute, ShapeView]
     environments: dict[str, EnvironmentView]
+    environment_tags: dict[str, list[str]]
     affect: dict[Pose, str]
     keypoints: list[str]
     skeleton: list[tuple[int, int]]
@@ -90,6 +92,7 @@ def get_vocabulary() -> VocabularyView:
             )
             for name, entry in CATALOGUE.items()
         },
+        environment_tags={f"{PREFIX}{tag}": list(names) for tag, names in TAGS.items()},
         affect=dict(POSE_AFFECT),
         keypoints=list(KEYPOINTS),
         skeleton=list(SKELETON),
