@@ -1,5 +1,6 @@
 """What is wrong with the conditions of a spec: misnamed ones, and those that clash."""
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,11 +13,14 @@ from hi5_common.domain import coverage, spec_errors, twins
 from hi5_common.domain.demands import MOST_CELLS, Group, Named, Values, follows, groups
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.planning.linked import Linked
-from hi5_common.domain.planning.terms import AtLeast
+from hi5_common.domain.planning.terms import AtLeast, Conditional
 from hi5_common.domain.vocabulary import Attribute
 
 if TYPE_CHECKING:
     from hi5_common.domain.spec import DatasetSpec
+
+MOST_OVERLAPPING = 48
+"""Combinations of classes of values where conditional shares of one attribute overlap, at most."""
 
 Nearest = tuple[int | tuple[int, ...] | None, ...]
 
@@ -39,7 +43,7 @@ def problems(spec: "DatasetSpec") -> list[Problem]:
         return found
     values = {attribute: spec.values_of(attribute) for attribute in Attribute}
     for group in _judged(spec, values):
-        wrong = _too_many(spec, group) or _clashes(spec, group)
+        wrong = _too_many(spec, group) or _too_intricate(group) or _clashes(spec, group)
         found += [problem for problem in wrong if problem not in found]
     return found
 
@@ -135,6 +139,22 @@ def _too_many(spec: "DatasetSpec", group: Group) -> list[Problem]:
     ]
     more = f", or for {max(enough):,} images or more, which need no linking" if enough else ""
     return [Problem(group.conditions[-1].field, names, f"{remedy}{more}.")]
+
+
+def _too_intricate(group: Group) -> list[Problem]:
+    """Refuse shares of one attribute among sets that overlap, where a solver might not end."""
+    shared = [one for one in group.conditions if isinstance(one.term, Conditional)]
+    for a, b in itertools.combinations(shared, 2):
+        first, second = a.term, b.term
+        if not (isinstance(first, Conditional) and isinstance(second, Conditional)):
+            continue
+        if first.overlaps(second) and group.linked.classes > MOST_OVERLAPPING:
+            remedy = (
+                f"Some images are given by {a} and {b} both: give sets of images that have none in "
+                "common, or shares of fewer values."
+            )
+            return [Problem(f"{b}.given", "an overlap", remedy)]
+    return []
 
 
 @lru_cache(maxsize=64)

@@ -58,6 +58,11 @@ class Linked:
         """Return every combination (cells, strands) of value numbers."""
         return self._table.cells
 
+    @property
+    def classes(self) -> int:
+        """Return how many combinations of classes there are: no demand tells their values apart."""
+        return math.prod(self._coarse.sizes)
+
     def solved(self, rng: np.random.Generator) -> Ints | None:
         """Return the images (cells,) of every combination; None if the demands clash."""
         ties = _TIES * rng.random(len(self.combinations))

@@ -141,6 +141,11 @@ class Conditional:
         given = {places.index(k): values for k, values in self.given.items()}
         return Conditional(given, places.index(self.of), self.shares)
 
+    def overlaps(self, other: "Conditional") -> bool:
+        """Tell whether both give shares of one strand to images that may be the same."""
+        both = self.given.keys() & other.given.keys()
+        return self.of == other.of and all(self.given[k] & other.given[k] for k in both)
+
     def marks(self, place: int, size: int) -> Ints:
         return np.arange(size) if place == self.of else _among(self.given, place, size)
 

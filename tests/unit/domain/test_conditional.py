@@ -21,7 +21,7 @@ from hi5_common.domain.plan import Plan
 from hi5_common.domain.planning import order
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.spec import DatasetSpec, parse_spec
-from hi5_common.domain.vocabulary import Attribute
+from hi5_common.domain.vocabulary import VALUES, Attribute
 
 POSE, VIEWPOINT, TONE = Attribute.POSE, Attribute.VIEWPOINT, Attribute.SKIN_TONE
 POSES = ["fist", "one", "five"]
@@ -326,6 +326,15 @@ def test_what_is_not_a_condition_is_refused(
         spec_of(60, asked)
     assert refused.value.problems[0].field == field
     assert words in str(refused.value)
+
+
+def test_shares_of_many_values_among_sets_that_overlap_are_refused() -> None:
+    poses = {"given": {"gender": ["male"]}, "of": "pose", "shares": list(VALUES[POSE])}
+    other = {**poses, "given": {"handedness": ["left"]}}
+    with pytest.raises(InvalidInput, match=r"conditional\.0 and conditional\.1 both"):
+        parse_spec({"count": 900, "conditional": [poses, other]})
+    apart = {**poses, "given": {"gender": ["female"]}}
+    assert len(parse_spec({"count": 900, "conditional": [poses, apart]}).conditional) == 2
 
 
 def test_what_clashes_with_counts_is_refused_with_the_nearest() -> None:
