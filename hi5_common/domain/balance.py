@@ -9,7 +9,7 @@ planned from requested, and delivered from the plan's share of what is delivered
 import itertools
 from dataclasses import dataclass
 
-from hi5_common.domain.demands import are_tied
+from hi5_common.domain.demands import are_tied, expected_counts, follows
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.strict import StrictModel
@@ -51,6 +51,8 @@ def requested_counts(spec: DatasetSpec, attribute: Attribute) -> dict[str, float
     counts = spec.counts_of(attribute)
     if counts is not None:
         return {value: float(count) for value, count in counts.items()}
+    if follows(spec, attribute):
+        return expected_counts(spec, attribute)
     asked = spec.values_of(attribute)
     return dict.fromkeys(asked, spec.count / len(asked))
 

@@ -1,70 +1,128 @@
-"""The combinations that a spec demands: how they link attributes, and what is wrong with them."""
+"""What a spec demands of values together: how it links attributes, and what comes of it.
 
-import math
-from collections.abc import Mapping, Sequence
+Combinations, conditional shares and coverage are terms of one program for every group of attributes
+that they link. Coverage links only where images as they are woven fall short of it.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hi5_common.domain.errors import Problem
 from hi5_common.domain.planning.bundle import Bundle
-from hi5_common.domain.planning.linked import Demand, Linked, links, relative
+from hi5_common.domain.planning.linked import Linked, links
 from hi5_common.domain.planning.strand import Strand
+from hi5_common.domain.planning.terms import AtLeast, Conditional, Demand, Term
 from hi5_common.domain.vocabulary import Attribute
 
 if TYPE_CHECKING:
     from hi5_common.domain.spec import DatasetSpec
 
 MOST_CELLS = 5_000
-"""Combinations of the attributes that a spec's demands link, at most."""
+"""Combinations of the attributes that a spec's conditions link, at most."""
+
+Values = Mapping[Attribute, Sequence[str]]
+"""The values of every attribute, by number, as they are planned."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """A condition of a spec: its field, its place there, and what it asks for."""
+
+    field: str
+    number: int
+    term: Term
+
+    def __str__(self) -> str:
+        return f"{self.field}.{self.number}"
 
 
 @dataclass(frozen=True)
 class Group:
-    """Attributes that demands link, and the demands' numbers in the spec."""
+    """Attributes that conditions link."""
 
     attributes: tuple[Attribute, ...]
-    numbers: tuple[int, ...]
+    conditions: tuple[Named, ...]
     linked: Linked
 
 
 def are_tied(spec: "DatasetSpec", a: Attribute, b: Attribute) -> bool:
-    """Tell whether demands link two attributes: their pairs are then as the demands have them."""
+    """Tell whether conditions link two attributes: their pairs are then as these have them."""
+    named = [{*combination.of} for combination in spec.combinations]
+    named += [{*conditional.given, conditional.of} for conditional in spec.conditional]
     attributes = spec.balanced()
-    named = [
-        Demand({attributes.index(name): frozenset() for name in combination.of}, 0)
-        for combination in spec.combinations
-    ]
-    return any(
-        {attributes.index(a), attributes.index(b)} <= set(places) for places, _ in links(named)
-    )
+    places = [{attributes.index(name) for name in names} for names in named]
+    two = {attributes.index(a), attributes.index(b)}
+    return any(two <= set(group) for group, _ in links(places))
 
 
-def groups(spec: "DatasetSpec", values: Mapping[Attribute, Sequence[str]]) -> list[Group]:
-    """Return the groups of attributes that demands link; values by number, as they are planned."""
+def follows(spec: "DatasetSpec", attribute: Attribute) -> bool:
+    """Tell whether an attribute that is left out has counts that follow from conditions."""
+    asked = (conditional.of for conditional in spec.conditional)
+    return spec.attributes[attribute] is None and attribute in asked
+
+
+def expected_counts(spec: "DatasetSpec", attribute: Attribute) -> dict[str, float]:
+    """Return the images of each value, of an attribute whose counts follow from conditions."""
+    values = {name: spec.values_of(name) for name in Attribute}
+    (group,) = (one for one in groups(spec, values) if attribute in one.attributes)
+    column = group.linked.combinations[:, group.attributes.index(attribute)]
+    images = np.bincount(column, weights=group.linked.expected, minlength=len(values[attribute]))
+    return dict(zip(values[attribute], images.tolist(), strict=True))
+
+
+def groups(spec: "DatasetSpec", values: Values, covered: Collection[int] = ()) -> list[Group]:
+    """Return the groups of attributes that conditions link; covered: coverage that links too."""
     attributes = spec.balanced()
-    demands = [
-        Demand(
-            {
-                attributes.index(name): frozenset(values[name].index(value) for value in listed)
-                for name, listed in combination.of.items()
-            },
-            combination.count,
-        )
-        for combination in spec.combinations
-    ]
+    conditions = _conditions(spec, values, covered)
     found = []
-    for places, numbers in links(demands):
+    for places, numbers in links([condition.term.places for condition in conditions]):
         names = tuple(attributes[place] for place in places)
         linked = Linked(
             tuple(strand_of(spec, name, values[name]) for name in names),
-            tuple(relative(demands[number], places) for number in numbers),
+            tuple(conditions[number].term.at(places) for number in numbers),
             spec.count,
+            frozenset(place for place, name in enumerate(names) if follows(spec, name)),
         )
-        found.append(Group(names, tuple(numbers), linked))
+        found.append(Group(names, tuple(conditions[number] for number in numbers), linked))
     return found
+
+
+def _conditions(spec: "DatasetSpec", values: Values, covered: Collection[int]) -> list[Named]:
+    attributes = spec.balanced()
+
+    def places(listed: Mapping[Attribute, Sequence[str]]) -> dict[int, frozenset[int]]:
+        return {
+            attributes.index(name): frozenset(values[name].index(value) for value in some)
+            for name, some in listed.items()
+        }
+
+    terms: dict[str, list[Term]] = {
+        "combinations": [Demand(places(asked.of), asked.count) for asked in spec.combinations],
+        "conditional": [
+            Conditional(
+                places(asked.given),
+                attributes.index(asked.of),
+                tuple(asked.share(value) for value in values[asked.of]),
+            )
+            for asked in spec.conditional
+        ],
+        "coverage": [
+            AtLeast(
+                tuple(attributes.index(name) for name in asked.of),
+                tuple(len(values[name]) for name in asked.of),
+                asked.at_least,
+            )
+            for asked in spec.coverage
+        ],
+    }
+    return [
+        Named(field, number, term)
+        for field, found in terms.items()
+        for number, term in enumerate(found)
+        if field != "coverage" or number in covered
+    ]
 
 
 def strand_of(spec: "DatasetSpec", attribute: Attribute, values: Sequence[str]) -> Strand:
@@ -76,89 +134,17 @@ def strand_of(spec: "DatasetSpec", attribute: Attribute, values: Sequence[str]) 
 
 
 def bundles(
-    spec: "DatasetSpec", values: Mapping[Attribute, Sequence[str]], rng: np.random.Generator
+    spec: "DatasetSpec",
+    values: Values,
+    rng: np.random.Generator,
+    covered: Collection[int] = (),
 ) -> list[Bundle]:
     """Return how many images each combination of linked attributes gets, places as balanced()."""
     attributes, found = spec.balanced(), []
-    for group in groups(spec, values):
+    for group in groups(spec, values, covered):
         counts = group.linked.solved(rng)
         if counts is None:
             raise ValueError("the spec's demands clash: it was not checked")
         places = tuple(attributes.index(name) for name in group.attributes)
         found.append(Bundle(places, group.linked.combinations, counts))
     return found
-
-
-def problems(spec: "DatasetSpec") -> list[Problem]:
-    """List what is wrong with the combinations of a spec whose attributes are right."""
-    found = [
-        problem
-        for number, combination in enumerate(spec.combinations)
-        for problem in _misnamed(spec, number, combination.of)
-    ]
-    if found:
-        return found
-    values = {attribute: spec.values_of(attribute) for attribute in Attribute}
-    for group in groups(spec, values):
-        cells = math.prod(strand.size for strand in group.linked.strands)
-        if cells > MOST_CELLS:
-            names = ", ".join(attribute.value for attribute in group.attributes)
-            remedy = f"They link {names}, which have {cells:,} combinations, over {MOST_CELLS:,}."
-            found.append(Problem("combinations", names, f"{remedy} Ask for fewer values."))
-        else:
-            found += _clashes(spec, group)
-    return found
-
-
-def _misnamed(
-    spec: "DatasetSpec", number: int, asked: Mapping[Attribute, Sequence[str]]
-) -> list[Problem]:
-    field = f"combinations.{number}.of"
-    if len(asked) < 2:
-        remedy = "Name two attributes or more; one alone has its counts under attributes."
-        return [Problem(field, ", ".join(asked), remedy)]
-    found = []
-    for attribute, listed in asked.items():
-        known = spec.values_of(attribute)
-        if attribute not in spec.balanced():
-            remedy = f"Every image has {known[0]}: ask for more values under attributes first."
-            found.append(Problem(f"{field}.{attribute.value}", listed, remedy))
-        elif not listed:
-            found.append(Problem(f"{field}.{attribute.value}", listed, "Name at least one value."))
-        for value in listed:
-            if attribute in spec.balanced() and value not in known:
-                remedy = f"The dataset has no such value: it has {', '.join(known[:50])}."
-                found.append(Problem(f"{field}.{attribute.value}", value, remedy))
-    return found
-
-
-@lru_cache(maxsize=64)
-def _clash(linked: Linked) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the demands that clash, and the nearest counts: kept, for specs are read often."""
-    clash = linked.clash()
-    if not clash:
-        return (), ()
-    nearest = linked.nearest()
-    if nearest is None:
-        raise ValueError("counts of attributes always go together")
-    return clash, nearest
-
-
-def _clashes(spec: "DatasetSpec", group: Group) -> list[Problem]:
-    clash, nearest = _clash(group.linked)
-    if not clash:
-        return []
-    numbers = [group.numbers[k] for k in clash]
-    changes = [
-        f"combinations.{number}.count: {wanted} instead of {spec.combinations[number].count}"
-        for number, wanted in zip(group.numbers, nearest, strict=True)
-        if wanted != spec.combinations[number].count
-    ]
-    words = ", ".join(f"combinations.{number}" for number in numbers)
-    together = "cannot be met with" if len(numbers) == 1 else "cannot be met together with"
-    remedy = (
-        f"{words} {together} the counts of {', '.join(a.value for a in group.attributes)}. "
-        f"The nearest that can be met: {'; '.join(changes)}."
-    )
-    shown = " and ".join(str(spec.combinations[number].count) for number in numbers)
-    return [Problem(f"combinations.{numbers[0]}.count", shown, remedy)]

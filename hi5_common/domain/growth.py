@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from hi5_common.domain.spec import DatasetSpec
 
 MAX_GENERATIONS = 16
-UNCHANGED = ("seed", "image", "render", "labels", "twins", "commercial_safe")
+UNCHANGED = ("seed", "image", "render", "labels", "twins", "commercial_safe", "distributions")
 """Fields that an image depends on beside its cell: what is there must stay as it is."""
 
 
@@ -28,9 +28,10 @@ def problems(spec: "DatasetSpec") -> list[Problem]:
     if _split_by(spec) != _split_by(base):
         remedy = f"It was split by {_worded(_split_by(base))}: {_KEEP}"
         found.append(Problem("splits", _split_by(spec), remedy))
-    if spec.combinations or base.combinations:
-        remedy = "A dataset with demanded combinations cannot be extended: submit one of its own."
-        found.append(Problem("combinations", f"{len(spec.combinations)} of them", remedy))
+    for field, asked in _CONDITIONS.items():
+        if getattr(spec, field) or getattr(base, field):
+            remedy = f"A dataset with {asked} cannot be extended: submit one of its own."
+            found.append(Problem(field, f"{len(getattr(spec, field))} of them", remedy))
     if spec.count <= base.count:
         remedy = f"There are {base.count} images already: ask for more."
         found.append(Problem("count", spec.count, remedy))
@@ -45,6 +46,11 @@ def problems(spec: "DatasetSpec") -> list[Problem]:
     return [problem for name in Attribute for problem in _fewer(spec, base, name)]
 
 
+_CONDITIONS = {
+    "combinations": "demanded combinations",
+    "conditional": "conditional shares",
+    "coverage": "coverage that was asked for",
+}
 _KEEP = "images that are there already depend on it. Keep it, or leave out extends."
 
 

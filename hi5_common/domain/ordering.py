@@ -7,8 +7,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from hi5_common.domain import splits, twins
-from hi5_common.domain.demands import bundles, strand_of
+from hi5_common.domain import coverage, splits, twins
+from hi5_common.domain.clashes import linkable
+from hi5_common.domain.demands import bundles, groups, strand_of
+from hi5_common.domain.errors import InvalidInput
 from hi5_common.domain.planning.joined import Interleaved, Renumbered, Twinned
 from hi5_common.domain.planning.order import Order, grown, order_of
 from hi5_common.domain.planning.sizes import value_sizes
@@ -22,6 +24,8 @@ ORDERED_BY = {
     "count",
     "attributes",
     "combinations",
+    "conditional",
+    "coverage",
     "twins",
     "splits",
     "extends",
@@ -63,17 +67,31 @@ def _numbered(ordered_by: str) -> Numbered:
         return Numbered(values, crossed, _of_twins(spec, values, crossed))
     if spec.splits:
         return Numbered(values, crossed, _of_splits(spec, values, crossed))
-    rng = factor_rng(spec.seed, 0, "plan/order")
     if spec.extends:
+        rng = factor_rng(spec.seed, 0, "plan/order")
         earlier = _earlier(spec.extends, values, crossed)
         later = [
             _more(strand_of(spec, name, values[name]), earlier[:, place], spec.count)
             for place, name in enumerate(crossed)
         ]
         return Numbered(values, crossed, grown(earlier, later, rng))
+    return Numbered(values, crossed, _woven(spec, values, crossed))
+
+
+def _woven(spec: DatasetSpec, values: Values, crossed: tuple[Attribute, ...]) -> Order:
+    """Weave images; where coverage falls short, again with what it is of as a bundle."""
     strands = [strand_of(spec, name, values[name]) for name in crossed]
-    tied = bundles(spec, values, factor_rng(spec.seed, 0, "plan/combinations"))
-    return Numbered(values, crossed, order_of(strands, spec.count, rng, tied))
+    linked = frozenset[int]()
+    while True:
+        tied = bundles(spec, values, factor_rng(spec.seed, 0, "plan/combinations"), linked)
+        rng = factor_rng(spec.seed, 0, "plan/order")
+        order = order_of(strands, spec.count, rng, tied)
+        short = coverage.short(spec, order, crossed)
+        if not short:
+            return order
+        linked |= short
+        if not all(map(linkable, groups(spec, values, linked))):
+            raise InvalidInput([coverage.short_of(spec, min(short), order, crossed)])
 
 
 def _of_twins(spec: DatasetSpec, values: Values, crossed: tuple[Attribute, ...]) -> Order:

@@ -11,23 +11,39 @@ import pydantic
 import yaml
 from pydantic import Field
 
-from hi5_common.domain import demands, growth, spec_errors, splits, twins
+from hi5_common.domain import (
+    clashes,
+    distributions,
+    growth,
+    spec_errors,
+    splits,
+    tag_reading,
+    twins,
+)
 from hi5_common.domain.assets import commercial_problems, may_be_traded
+from hi5_common.domain.conditions import MAX_CONDITIONS, Combination, Conditional, Coverage
+from hi5_common.domain.distributions import AskedDistribution
 from hi5_common.domain.environments import CATALOGUE
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.shares import whole_shares
 from hi5_common.domain.spec_errors import ProblemsFound
 from hi5_common.domain.splits import Splits
-from hi5_common.domain.strict import StrictModel, Weights
-from hi5_common.domain.values import in_order, may_be, spelled
+from hi5_common.domain.strict import MAX_COUNT, StrictModel, Weights
+from hi5_common.domain.values import in_order, spelled
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, DEFAULTS, Attribute
 
-MAX_COUNT = 1_000_000_000
 MAX_SIDE_PX = 8192
 MAX_ASKED_SHARDS = 100_000
-MAX_COMBINATIONS = 100
 
-LATER = ("twins", "splits", "extends", "commercial_safe")
+LATER = (
+    "twins",
+    "splits",
+    "extends",
+    "commercial_safe",
+    "conditional",
+    "coverage",
+    "distributions",
+)
 """Fields that earlier versions did not know."""
 QUALITY_WAYS = ("quality", "max_error", "seconds_per_image")
 """The fields of `render` that say how many samples an image gets."""
@@ -158,28 +174,6 @@ class AttributeRequests(StrictModel):
         return request
 
 
-class Combination(StrictModel):
-    """So many images shall have, of each attribute named, one of the values listed.
-
-    Two attributes or more; a count of 0 forbids the combination.
-    """
-
-    of: dict[Attribute, list[str]]
-    count: int = Field(ge=0, le=MAX_COUNT, strict=True)
-
-    @pydantic.field_validator("of", mode="before")
-    @classmethod
-    def _spell(cls, asked: object) -> object:
-        if not isinstance(asked, dict):
-            return asked
-        return {
-            name: [spelled(Attribute(name), v) for v in values if may_be(Attribute(name), v)]
-            if name in set(Attribute) and isinstance(values, list)
-            else values
-            for name, values in asked.items()
-        }
-
-
 class DatasetSpec(StrictModel):
     """A dataset: images are a pure function of this spec, its seed and their index."""
 
@@ -189,7 +183,10 @@ class DatasetSpec(StrictModel):
     seed: int = Field(0, ge=0, lt=2**63, strict=True)
     count: int = Field(ge=1, le=MAX_COUNT, strict=True)
     attributes: AttributeRequests = AttributeRequests()
-    combinations: list[Combination] = Field(default=[], max_length=MAX_COMBINATIONS)
+    combinations: list[Combination] = Field(default=[], max_length=MAX_CONDITIONS)
+    conditional: list[Conditional] = Field(default=[], max_length=MAX_CONDITIONS)
+    coverage: list[Coverage] = Field(default=[], max_length=MAX_CONDITIONS)
+    distributions: dict[Attribute, AskedDistribution] = Field(default={})
     twins: list[Attribute] = Field(default=[], max_length=len(twins.TWINNED))
     splits: Splits | None = None
     extends: "DatasetSpec | None" = None
@@ -199,6 +196,16 @@ class DatasetSpec(StrictModel):
     images_per_shard: int | None = Field(None, ge=1, le=10_000, strict=True)
     commercial_safe: bool = Field(False, strict=True)
     """Refuse whatever may not be used commercially; see `rights.py` for panoramas of one's own."""
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _read_tags(cls, asked: object) -> object:
+        if not isinstance(asked, Mapping):
+            return asked
+        found, problems = tag_reading.resolved(asked)
+        if problems:
+            raise ProblemsFound(problems)
+        return found
 
     @pydantic.model_validator(mode="after")
     def _check_values_and_counts(self) -> Self:
@@ -216,8 +223,8 @@ class DatasetSpec(StrictModel):
         if self.commercial_safe:
             named = self.values_of(Attribute.ENVIRONMENT)
             problems += commercial_problems((v for v in named if v in CATALOGUE), {})
-        if not problems and self.combinations:
-            problems += demands.problems(self)
+        if not problems:
+            problems += clashes.problems(self) + distributions.problems(self)
         problems += spec_errors.repeated("labels", [kind.value for kind in self.labels])
         if self.images_per_shard and self.count > self.images_per_shard * MAX_ASKED_SHARDS:
             least = -(-self.count // MAX_ASKED_SHARDS)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from hi5_common.domain.bands import NUMBER
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.spec_errors import MAX_WEIGHT
+from hi5_common.domain.tags import BOTH, PREFIX, TAGS
 from hi5_common.domain.values import OWN_ENVIRONMENT
 from hi5_common.domain.vocabulary import (
     DEFAULTS,
@@ -16,6 +17,8 @@ from hi5_common.domain.vocabulary import (
 
 _ONE_NUMBER = f"^{NUMBER}$"
 _NUMBER_OR_BAND = rf"^{NUMBER}(\.\.{NUMBER})?$"
+_ANY_TAG = "|".join(TAGS)
+_TAGS = rf"^{PREFIX}({_ANY_TAG})(\{BOTH}({_ANY_TAG}))*$"
 
 
 def spec_json_schema() -> dict[str, object]:
@@ -70,7 +73,9 @@ def _words(attribute: Attribute) -> list[dict[str, object]]:
     if attribute is Attribute.SKIN_TONE:
         return [named, {"type": "string", "pattern": _ONE_NUMBER}]
     if attribute is Attribute.ENVIRONMENT:
-        return [named, {"type": "string", "pattern": f"^({OWN_ENVIRONMENT.pattern})$"}]
+        own: dict[str, object] = {"type": "string", "pattern": f"^({OWN_ENVIRONMENT.pattern})$"}
+        tags: dict[str, object] = {"type": "string", "pattern": _TAGS}
+        return [named, own, tags]
     return [named]
 
 
@@ -89,7 +94,7 @@ def _meaning(attribute: Attribute) -> str:
     if attribute is Attribute.SKIN_TONE:
         return "Names, or typology angles in degrees."
     if attribute is Attribute.ENVIRONMENT:
-        return "Ids of the catalogue, polyhaven:<id> or user:<name>."
+        return "Ids of the catalogue, tags of many (tag:indoor), polyhaven:<id> or user:<name>."
     if attribute in SHAPE_RANGES:
         return f"Numbers or bands low..high: {SHAPE_RANGES[attribute].unit}."
     return "Names."

@@ -105,9 +105,10 @@ def problems(spec: "DatasetSpec") -> list[Problem]:
     splits = spec.splits
     if splits is None:
         return []
-    if spec.combinations:
-        remedy = "A dataset that is split cannot demand combinations: submit each split by itself."
-        return [Problem("splits", splits.by.value, remedy)]
+    for asked in ("combinations", "conditional", "coverage"):
+        if getattr(spec, asked):
+            remedy = f"A dataset that is split cannot have {asked}: submit each split by itself."
+            return [Problem("splits", splits.by.value, remedy)]
     if splits.counts and sum(splits.counts.values()) != spec.count:
         total = sum(splits.counts.values())
         remedy = f"They add up to {total}, but count is {spec.count}: change either."

@@ -2,6 +2,9 @@
 
 from pydantic import BaseModel, ConfigDict
 
+MAX_COUNT = 1_000_000_000
+"""Images of a dataset, at most."""
+
 
 class StrictModel(BaseModel):
     """A frozen model that refuses fields it does not know."""

@@ -35,6 +35,8 @@ def scenes_of(spec: "DatasetSpec") -> "DatasetSpec":
             document["attributes"][attribute.value] = {v: n // size for v, n in asked.items()}
     for combination in document["combinations"]:
         combination["count"] //= size
+    for asked in document["coverage"]:
+        asked["at_least"] = -(-asked["at_least"] // size)
     if spec.splits and spec.splits.counts:
         document["splits"]["images"] = {v: n // size for v, n in spec.splits.counts.items()}
     if spec.extends:
@@ -54,6 +56,14 @@ def problems(spec: "DatasetSpec") -> list[Problem]:
         if set(combination.of) & set(spec.twins):
             remedy = f"Every scene has every {names}: a combination cannot name it."
             found.append(Problem(f"combinations.{number}.of", list(combination.of), remedy))
+    for number, conditional in enumerate(spec.conditional):
+        if {*conditional.given, conditional.of} & set(spec.twins):
+            remedy = f"Every scene has every {names}: conditional shares cannot name it."
+            found.append(Problem(f"conditional.{number}", conditional.of.value, remedy))
+    for number, coverage in enumerate(spec.coverage):
+        if set(coverage.of) & set(spec.twins):
+            remedy = f"Every scene has every {names}: name the other attributes."
+            found.append(Problem(f"coverage.{number}.of", list(coverage.of), remedy))
     return found + _indivisible(spec)
 
 

@@ -25,7 +25,10 @@ OWN_ENVIRONMENT = re.compile(
 )
 """Environments outside the catalogue: a Poly Haven asset's id, or the name of a user's own file."""
 
-_OWN = " Or polyhaven:<id>, or user:<name>, in letters, digits, dots, hyphens and underscores."
+_OWN = (
+    " Or tag:<tag>, polyhaven:<id>, or user:<name>, in letters, digits, dots, hyphens and "
+    "underscores."
+)
 
 MOST_LISTED = 50
 """Longer lists of known values are left to `hi5 vocabulary`."""

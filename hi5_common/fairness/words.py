@@ -122,7 +122,7 @@ def _pairs(
         a, b = Attribute(one.a), Attribute(one.b)
         words = f"{_dependence(one)} {_furthest(one)}"
         if are_tied(plan.spec, a, b):
-            yield _say(Verdict.NOTE, f"{words} The spec's combinations link these two.")
+            yield _say(Verdict.NOTE, f"{words} The spec's conditions link these two.")
         else:
             yield _say(_verdict(a, b), words)
     if not found and attributes:

@@ -163,6 +163,28 @@ def test_events_tell_what_happened_newest_first(world: World) -> None:
     assert few == items[:1]
 
 
+def test_a_plan_says_what_conditions_come_to(world: World) -> None:
+    asked = {
+        "count": 120,
+        "attributes": {"environment": ["tag:cafe"], "pose": ["fist", "five"]},
+        "conditional": [{"given": {"pose": ["fist"]}, "of": "handedness", "shares": ["left"]}],
+        "coverage": [{"of": ["pose", "environment"], "at_least": 14}],
+        "distributions": {"age": "uniform"},
+    }
+    answer = world.client.post("/v1/plans", json=asked)
+    assert answer.status_code == 200, answer.text
+    plan = answer.json()
+    (shared,), (covered,) = plan["conditional"], plan["coverage"]
+    assert shared["images"] == {"right": 0, "left": 60}
+    assert (covered["at_least"], covered["smallest"], covered["largest"]) == (14, 15, 15)
+    assert plan["spec"]["distributions"] == {"age": {"uniform": {}}}
+    assert len(plan["spec"]["attributes"]["environment"]) == 4
+    asked["coverage"] = [{"of": ["pose", "environment"], "at_least": 16}]
+    refused = world.client.post("/v1/datasets", json=asked)
+    assert refused.status_code == 422
+    assert "at_least 15" in refused.text
+
+
 def test_a_plan_is_shown_and_not_stored(world: World) -> None:
     answer = world.client.post("/v1/plans", json={**SPEC, "attributes": {"gender": {"male": 12}}})
     assert answer.status_code == 200

@@ -2,6 +2,7 @@
 
 import csv
 import sys
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
@@ -12,9 +13,13 @@ from hi5_common.cli.console import Json
 from hi5_common.cli.options import JsonOption, SpecArgument, read_spec
 from hi5_common.domain.demands import are_tied
 from hi5_common.domain.errors import InvalidInput, Problem
+from hi5_common.domain.outcomes import covered, shared
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.sharding import shard_count
 from hi5_common.domain.vocabulary import Attribute
+
+MOST_NAMED = 6
+"""Values that a line of conditional shares names."""
 
 
 def plan(
@@ -58,6 +63,23 @@ def summary(planned: Plan) -> dict[str, Json]:
         "images_per_scene": planned.spec.images_per_scene,
         "furthest_beginning": planned.order.stray,
         "images_per_joint_cell": {"smallest": smallest, "largest": largest},
+        "conditional": [
+            {
+                "given": {name.value: list(values) for name, values in one.given.items()},
+                "of": one.of.value,
+                "images": dict(one.images),
+            }
+            for one in shared(planned)
+        ],
+        "coverage": [
+            {
+                "of": [name.value for name in one.of],
+                "at_least": one.at_least,
+                "smallest": one.smallest,
+                "largest": one.largest,
+            }
+            for one in covered(planned)
+        ],
     }
 
 
@@ -101,6 +123,7 @@ def _print_summary(planned: Plan) -> None:
         if pair.smallest > 0:
             a, b = (attribute.value for attribute in pair.attributes)
             console.out.print(f"  every {a} x {b}: {_span(pair.smallest, pair.largest)}")
+    _print_conditions(planned)
     fixed = [
         f"{attribute.value} {level.values[0]}"
         for attribute, level in planned.levels.items()
@@ -108,6 +131,25 @@ def _print_summary(planned: Plan) -> None:
     ]
     if fixed:
         console.out.print(f"Every image: {', '.join(fixed)}.")
+
+
+def _print_conditions(planned: Plan) -> None:
+    for one in shared(planned):
+        given = " and ".join(f"{name.value} {_either(some)}" for name, some in one.given.items())
+        images = ", ".join(f"{value}: {number:,}" for value, number in one.images.items() if number)
+        console.out.print(f"Among {given}, {one.of.value} is {images or 'of no images'}.")
+    for reached in covered(planned):
+        names = " x ".join(name.value for name in reached.of)
+        console.out.print(
+            f"As asked, every {names} has at least {reached.at_least:,} images: "
+            f"{_span(reached.smallest, reached.largest)}."
+        )
+
+
+def _either(values: Sequence[str]) -> str:
+    if len(values) > MOST_NAMED:
+        return f"one of {len(values)} ({values[0]}, {values[1]}, ...)"
+    return values[0] if len(values) == 1 else f"one of {', '.join(values)}"
 
 
 def _shares(counts: dict[str, int]) -> str:

@@ -8,6 +8,7 @@ from hi5_common.cli.options import JsonOption
 from hi5_common.domain.bands import Band
 from hi5_common.domain.environments import CATALOGUE, EnvironmentEntry
 from hi5_common.domain.spec_schema import spec_json_schema
+from hi5_common.domain.tags import PREFIX, TAGS
 from hi5_common.domain.vocabulary import (
     DEFAULTS,
     ITA_RANGE_DEG,
@@ -55,6 +56,8 @@ def _print_attribute(attribute: Attribute, values: tuple[str, ...]) -> None:
     kinds = sorted(CATALOGUE.values(), key=_kind)
     for kind, entries in groupby(kinds, key=_kind):
         console.out.print(f"  {kind}: {', '.join(entry.id for entry in entries)}")
+    tags = (f"{PREFIX}{tag} ({len(names)})" for tag, names in TAGS.items())
+    console.out.print(f"  tags in place of ids: {', '.join(tags)}")
 
 
 def _kind(entry: EnvironmentEntry) -> str:

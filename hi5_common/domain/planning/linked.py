@@ -6,14 +6,16 @@ the rest is as near to independent as that allows: a small mixed-integer program
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from hi5_common.domain.planning.strand import Floats, Ints, Strand
+from hi5_common.domain.planning.table import Bounds, Table
+from hi5_common.domain.planning.terms import Conditional, Limits, Term
 
 SMALLEST, LOOKED_AT = 3, 100
 """All sets of so many demands or fewer are looked through for the smallest that clash, if there are
@@ -22,27 +24,19 @@ _FITTINGS = 200
 _TIES = 1e-3
 """What an image of a combination costs at most, in distances: it makes one of several equally good
 answers the best. (Noise in the weight of distances would not, where a half is rounded.)"""
-_SCALE = 1e3
-"""Of costs: the solver takes answers that are less than a millionth apart for equally good."""
-_FOUND, _NONE = 0, 2
-"""What SciPy's `milp` says where it has the best answer, and where there is none."""
-
-
-@dataclass(frozen=True)
-class Demand:
-    """So many images shall have values that are all among those listed, by number of a strand."""
-
-    values: Mapping[int, frozenset[int]]
-    count: int
 
 
 @dataclass(frozen=True, eq=False)
 class Linked:
-    """Strands that demands link, and the number of images. Places of demands are in `strands`."""
+    """Strands that demands link, and the number of images. Places of demands are in `strands`.
+
+    free: places of strands of which nothing is asked but what demands make of them.
+    """
 
     strands: tuple[Strand, ...]
-    demands: tuple[Demand, ...]
+    demands: tuple[Term, ...]
     count: int
+    free: frozenset[int] = frozenset()
 
     @cached_property
     def _key(self) -> tuple[object, ...]:
@@ -50,8 +44,8 @@ class Linked:
             (strand.size, None if strand.counts is None else tuple(strand.counts.tolist()))
             for strand in self.strands
         )
-        demands = tuple((tuple(sorted(d.values.items())), d.count) for d in self.demands)
-        return strands, demands, self.count
+        demands = tuple((type(demand), demand.key) for demand in self.demands)
+        return strands, demands, self.count, self.free
 
     def __hash__(self) -> int:
         return hash(self._key)
@@ -59,16 +53,44 @@ class Linked:
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Linked) and self._key == other._key
 
-    @cached_property
+    @property
     def combinations(self) -> Ints:
         """Return every combination (cells, strands) of value numbers."""
-        ranges = [range(strand.size) for strand in self.strands]
-        return np.array(list(itertools.product(*ranges)), dtype=np.int64)
+        return self._table.cells
+
+    @property
+    def classes(self) -> int:
+        """Return how many combinations of classes there are: no demand tells their values apart."""
+        return math.prod(self._coarse.sizes)
 
     def solved(self, rng: np.random.Generator) -> Ints | None:
         """Return the images (cells,) of every combination; None if the demands clash."""
         ties = _TIES * rng.random(len(self.combinations))
-        return self._program(range(len(self.demands)), self._independent(), ties)
+        limits = self._table.limits(range(len(self.demands)))
+        if any(isinstance(demand, Conditional) for demand in self.demands):
+            found = self._of_classes(ties)
+            if found is None:
+                return None
+            limits = [self._table.margins, found]
+        return self._table.near(self.expected, ties, limits)
+
+    def _of_classes(self, ties: Floats) -> Limits | None:
+        """Return as limits the images of every combination of classes; None if demands clash.
+
+        Shares among many values make a hard program: of a few classes it is an easy one, and what
+        is left is to deal the images of a class out to its values.
+        """
+        import scipy.sparse as sp
+
+        coarse, codes = self._coarse, self._codes
+        expected = np.bincount(codes, weights=self.expected, minlength=len(coarse.cells))
+        own = ties[np.unique(codes, return_index=True)[1]]
+        images = coarse.near(expected, own, coarse.limits(range(len(self.demands))))
+        if images is None:
+            return None
+        ones, places = np.ones(len(codes)), np.arange(len(codes))
+        rows = sp.csr_matrix((ones, (codes, places)), shape=(len(images), len(codes)))
+        return rows, images.astype(np.float64), images.astype(np.float64)
 
     def clash(self) -> tuple[int, ...]:
         """Return the numbers of demands that cannot be met together; empty if all can.
@@ -91,97 +113,73 @@ class Linked:
                 left = without
         return tuple(left)
 
-    def nearest(self) -> tuple[int, ...] | None:
-        """Return counts of the demands that can be met, changed by as few images as possible.
+    def nearest(self) -> tuple[int | tuple[int, ...] | None, ...] | None:
+        """Return what of the demands can be met, changed by as few images as possible.
 
         None if the attributes' own counts do not go together, whatever is demanded.
         """
-        import scipy.sparse as sp
-
-        cells, demands = len(self.combinations), len(self.demands)
-        rows, low, high = self._margins
-        marks = sp.csr_matrix(np.array([self._marked(demand) for demand in self.demands], float))
-        slack = sp.csr_matrix((rows.shape[0], 2 * demands))
-        own = sp.hstack([marks, sp.eye(demands), -sp.eye(demands)])
-        counts = np.array([demand.count for demand in self.demands], dtype=np.float64)
-        costs = np.concatenate([np.zeros(cells), np.ones(2 * demands)])
-        most = np.full_like(costs, np.inf)
-        limits = [(sp.hstack([rows, slack]), low, high), (own, counts, counts)]
-        found = _solved(costs, most, limits)
-        return None if found is None else tuple((marks @ found[:cells]).astype(int).tolist())
+        return self._coarse.nearest()
 
     def _possible(self, numbers: Sequence[int]) -> bool:
-        nothing = np.zeros(len(self.combinations))
-        most = np.full_like(nothing, self.count)
-        return _solved(nothing, most, self._exact(numbers)) is not None
-
-    def _exact(self, numbers: Sequence[int]) -> list[tuple[Any, Any, Any]]:
-        """Return the limits that the attributes' counts and demands set: rows, least and most."""
-        import scipy.sparse as sp
-
-        limits: list[tuple[Any, Any, Any]] = [self._margins]
-        for number in numbers:
-            demand = self.demands[number]
-            limits.append((sp.csr_matrix(self._marked(demand)), demand.count, demand.count))
-        return limits
-
-    def _program(self, numbers: Sequence[int], wanted: Floats, ties: Floats) -> Ints | None:
-        """Return whole numbers (cells,) near `wanted`: the sum of distances, with `ties`, is least.
-
-        Each is the whole part of what is wanted, less some images, with the one that rounds it up,
-        and more: whole numbers alone, of which the solver's answer is exact.
-        """
-        import scipy.sparse as sp
-
-        whole = np.floor(wanted)
-        limits = [
-            (sp.hstack([-rows, rows, rows]), low - rows @ whole, high - rows @ whole)
-            for rows, low, high in self._exact(numbers)
-        ]
-        up_costs = 1.0 - 2.0 * (wanted - whole)
-        costs = _SCALE * np.concatenate([1.0 - ties, up_costs + ties, 1.0 + ties])
-        most = np.concatenate([whole, np.ones_like(whole), np.full_like(whole, self.count)])
-        found = _solved(costs, most, limits)
-        if found is None:
-            return None
-        less, up, more = np.split(found, 3)
-        return whole.astype(np.int64) - less + up + more
+        return self._coarse.possible(numbers)
 
     @cached_property
-    def _margins(self) -> tuple[Any, Floats, Floats]:
-        """Return rows (values, cells), and the fewest and the most images of each value."""
-        import scipy.sparse as sp
+    def _table(self) -> Table:
+        bounds = tuple(
+            None if place in self.free else _bounds(strand, self.count, np.arange(strand.size))
+            for place, strand in enumerate(self.strands)
+        )
+        return Table(tuple(s.size for s in self.strands), bounds, self.demands, self.count)
 
-        rows, low, high = [np.ones(len(self.combinations))], [self.count], [self.count]
+    @cached_property
+    def _coarse(self) -> Table:
+        """Return the table of classes: it can be met just when that of all values can.
+
+        For what is asked of a class is asked of none of its values, whose own counts any images
+        of the class may be dealt out to.
+        """
+        classes = self._classes
+        bounds = tuple(
+            None if place in self.free else _bounds(strand, self.count, classes[place])
+            for place, strand in enumerate(self.strands)
+        )
+        terms = tuple(demand.coarse(classes) for demand in self.demands)
+        return Table(tuple(int(c.max()) + 1 for c in classes), bounds, terms, self.count)
+
+    @cached_property
+    def _codes(self) -> Ints:
+        """Return the combination of classes (cells,) that each combination of values is of."""
+        columns = zip(self._classes, self.combinations.T, strict=True)
+        places = tuple(classes[column] for classes, column in columns)
+        return np.asarray(np.ravel_multi_index(places, self._coarse.sizes), dtype=np.int64)
+
+    @cached_property
+    def _classes(self) -> tuple[Ints, ...]:
+        """Return the class (n,) of each value of every strand: no demand tells its values apart."""
+        found = []
         for place, strand in enumerate(self.strands):
-            share, extra = divmod(self.count, strand.size)
-            for value in range(strand.size):
-                rows.append((self.combinations[:, place] == value).astype(np.float64))
-                given = None if strand.counts is None else int(strand.counts[value])
-                low.append(share if given is None else given)
-                high.append(share + bool(extra) if given is None else given)
-        return sp.csr_matrix(np.array(rows)), np.array(low, float), np.array(high, float)
+            marks = np.array([demand.marks(place, strand.size) for demand in self.demands])
+            if any(len(np.unique(row)) == strand.size for row in marks):
+                found.append(np.arange(strand.size))
+            else:
+                found.append(np.unique(marks, axis=1, return_inverse=True)[1].reshape(-1))
+        return tuple(found)
 
-    def _marked(self, demand: Demand) -> Floats:
-        """Return 1 for the combinations (cells,) that a demand is about, 0 for others."""
-        marked = np.ones(len(self.combinations))
-        for place, values in demand.values.items():
-            marked *= np.isin(self.combinations[:, place], sorted(values))
-        return marked
-
-    def _independent(self) -> Floats:
+    @cached_property
+    def expected(self) -> Floats:
         """Return shares of the images (cells,): independent, then fitted to demands and counts."""
         shares = [strand.shares for strand in self.strands]
         cells = np.full(len(self.combinations), float(self.count))
         for place, share in enumerate(shares):
             cells *= share[self.combinations[:, place]]
-        marks = [(self._marked(demand) > 0, demand.count) for demand in self.demands]
+        fits = [demand.fitting(self.combinations, self.count) for demand in self.demands]
         for _ in range(_FITTINGS):
             before = cells.copy()
-            for marked, count in marks:
-                cells[marked] *= _ratio(count, cells[marked].sum())
-                cells[~marked] *= _ratio(self.count - count, cells[~marked].sum())
+            for fit in fits:
+                fit(cells)
             for place, share in enumerate(shares):
+                if place in self.free:
+                    continue
                 column = self.combinations[:, place]
                 sums = np.bincount(column, weights=cells, minlength=len(share))
                 ratios = np.divide(
@@ -193,42 +191,25 @@ class Linked:
         return cells
 
 
-def _ratio(wanted: float, found: float) -> float:
-    return wanted / found if found > 0 else 0.0
+def _bounds(strand: Strand, count: int, classes: Ints) -> Bounds:
+    """Return the fewest and the most images of each class of a strand's values."""
+    if strand.counts is not None:
+        exact = np.bincount(classes, weights=strand.counts).astype(np.int64)
+        return exact, exact
+    share, extra = divmod(count, strand.size)
+    sizes = np.bincount(classes)
+    fewest = np.maximum(0, extra - (strand.size - sizes))
+    return share * sizes + fewest, share * sizes + np.minimum(sizes, extra)
 
 
-def _solved(costs: Floats, most: Floats, limits: Sequence[tuple[Any, Any, Any]]) -> Ints | None:
-    """Return the whole numbers from 0 to `most` whose cost is least; None if there are none.
-
-    Raises RuntimeError where the solver cannot tell.
-    """
-    from scipy.optimize import Bounds, LinearConstraint, milp
-
-    found = milp(
-        costs,
-        integrality=np.ones_like(costs),
-        bounds=Bounds(0, most),
-        constraints=[LinearConstraint(*limit) for limit in limits],
-        options={"mip_rel_gap": 0.0},
-    )
-    if found.status not in (_FOUND, _NONE):
-        raise RuntimeError(f"the solver gave no answer: {found.message}")
-    return None if found.status == _NONE else np.rint(found.x).astype(np.int64)
-
-
-def links(demands: Sequence[Demand]) -> list[tuple[tuple[int, ...], list[int]]]:
-    """Return groups of places that demands link, in order, with the demands' numbers."""
+def links(linked: Sequence[AbstractSet[int]]) -> list[tuple[tuple[int, ...], list[int]]]:
+    """Return groups of places that are linked, in order, with the numbers of what links them."""
     groups: list[tuple[set[int], list[int]]] = []
-    for number, demand in enumerate(demands):
-        places, numbers = set(demand.values), [number]
+    for number, these in enumerate(linked):
+        places, numbers = set(these), [number]
         for group in [group for group in groups if group[0] & places]:
             places |= group[0]
             numbers = group[1] + numbers
             groups.remove(group)
         groups.append((places, sorted(numbers)))
     return [(tuple(sorted(places)), numbers) for places, numbers in groups]
-
-
-def relative(demand: Demand, places: Sequence[int]) -> Demand:
-    """Return a demand with places counted among those of its group."""
-    return Demand({places.index(k): values for k, values in demand.values.items()}, demand.count)

@@ -23,12 +23,17 @@ def value_sizes(order: Order, place: int) -> Ints:
 
 def pair_sizes(order: Order, a: int, b: int) -> Ints:
     """Return the number of images (n_a, n_b) of each pair of value numbers of two strands."""
-    shape = order.sizes[a], order.sizes[b]
+    return cell_sizes(order, (a, b))
+
+
+def cell_sizes(order: Order, places: Sequence[int]) -> Ints:
+    """Return the number of images (n_a, n_b, ...) of each combination of some strands."""
+    shape = tuple(order.sizes[place] for place in places)
     sizes = np.zeros(shape, dtype=np.int64)
     for box in order.boxes:
-        sizes[np.ix_(box.values[a], box.values[b])] += _times(box, [a, b])
+        sizes[np.ix_(*(box.values[place] for place in places))] += _times(box, places)
     for table, times in order.tables:
-        code = table[:, a].astype(np.intp) * shape[1] + table[:, b]
+        code = np.ravel_multi_index([table[:, place].astype(np.intp) for place in places], shape)
         sizes += times * np.bincount(code, minlength=sizes.size).reshape(shape)
     return sizes
 

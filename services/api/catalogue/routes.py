@@ -8,6 +8,7 @@ from hi5_common.domain.environments import CATALOGUE, EnvironmentKind, Environme
 from hi5_common.domain.light import LightLevel, light_level
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.spec_schema import spec_json_schema
+from hi5_common.domain.tags import PREFIX, TAGS
 from hi5_common.domain.vocabulary import (
     DEFAULTS,
     ITA_RANGE_DEG,
@@ -50,7 +51,7 @@ class EnvironmentView(BaseModel):
 
 class VocabularyView(BaseModel):
     """Attributes and their values in canonical order, and what a spec that leaves one out gets;
-    what values mean; keypoints; bones as pairs of keypoints.
+    what values mean; what tags stand for; keypoints; bones as pairs of keypoints.
     """
 
     attributes: dict[Attribute, list[str]]
@@ -59,6 +60,7 @@ class VocabularyView(BaseModel):
     ita_range_deg: tuple[float, float]
     shapes: dict[Attribute, ShapeView]
     environments: dict[str, EnvironmentView]
+    environment_tags: dict[str, list[str]]
     affect: dict[Pose, str]
     keypoints: list[str]
     skeleton: list[tuple[int, int]]
@@ -92,6 +94,7 @@ def get_vocabulary() -> VocabularyView:
             )
             for name, entry in CATALOGUE.items()
         },
+        environment_tags={f"{PREFIX}{tag}": list(names) for tag, names in TAGS.items()},
         affect=dict(POSE_AFFECT),
         keypoints=list(KEYPOINTS),
         skeleton=list(SKELETON),

@@ -6,7 +6,7 @@ from uuid import UUID
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import Field
 
-from hi5_common.domain.spec import MAX_COUNT
+from hi5_common.domain.strict import MAX_COUNT
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, SKELETON, Attribute
 from hi5_common.fairness.page import body
 from services.api.audit.routes import RETRY_AFTER_S, MaxImages

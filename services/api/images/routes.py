@@ -5,7 +5,7 @@ from uuid import UUID
 
 from fastapi import APIRouter, Header, Path, Response
 
-from hi5_common.domain.spec import MAX_COUNT
+from hi5_common.domain.strict import MAX_COUNT
 from services.api.images import service
 from services.api.images.service import Found
 from services.api.parts import Parts, Wired

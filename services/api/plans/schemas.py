@@ -5,6 +5,7 @@ from typing import Self
 
 from pydantic import BaseModel
 
+from hi5_common.domain.outcomes import covered, shared
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.sharding import shard_count
 from hi5_common.domain.spec import DatasetSpec
@@ -29,6 +30,23 @@ class PairView(BaseModel):
     furthest: float
 
 
+class SharedView(BaseModel):
+    """Images by value of an attribute, among those with one of the values given of others."""
+
+    given: dict[Attribute, list[str]]
+    of: Attribute
+    images: dict[str, int]
+
+
+class CoveredView(BaseModel):
+    """The images of the rarest and the commonest combination of attributes; at_least was asked."""
+
+    of: tuple[Attribute, ...]
+    at_least: int
+    smallest: int
+    largest: int
+
+
 class PlanView(BaseModel):
     """What a spec would give: counts are exact, of any number of first images (of a dataset that
     extends another: of images added) within `furthest_beginning` of their shares.
@@ -44,6 +62,8 @@ class PlanView(BaseModel):
     splits: dict[str, int]
     images_per_scene: int
     furthest_beginning: float
+    conditional: list[SharedView]
+    coverage: list[CoveredView]
     first_cells: list[dict[Attribute, str]]
 
     @classmethod
@@ -61,5 +81,7 @@ class PlanView(BaseModel):
             splits=plan.split_counts(),
             images_per_scene=plan.spec.images_per_scene,
             furthest_beginning=plan.order.stray,
+            conditional=[SharedView(**asdict(one)) for one in shared(plan)],
+            coverage=[CoveredView(**asdict(one)) for one in covered(plan)],
             first_cells=[cell.as_dict() for cell in plan.cells(0, min(FIRST_CELLS, plan.count))],
         )

@@ -150,7 +150,7 @@ class _Held:
 
     @classmethod
     def of(cls, spec: DatasetSpec, cell: Cell, hands: HandLibrary, rng_of: FactorRng) -> Self:
-        shape = draw_shape(cell, rng_of("shape"))
+        shape = draw_shape(cell, rng_of("shape"), spec.distributions)
         hand = hands.hand(cell.gender, cell.handedness, shape)
         posture = draw_posture(cell, shape, hand.model, rng_of, poses_beside(spec, cell.pose))
         posed = posed_hand(hand.model, posture.angles)

@@ -45,9 +45,37 @@ def test_the_summary_says_in_a_line_what_every_image_has(hi5: Command, tmp_path:
     assert " age " not in line
 
 
+CONDITIONS = """
+count: 120
+attributes: {environment: ["tag:cafe"], pose: [fist, five]}
+conditional: [{given: {pose: [fist]}, of: viewpoint, shares: {first_person: 3, third_person: 1}}]
+coverage: [{of: [pose, environment], at_least: 14}]
+"""
+
+
+def test_the_summary_says_what_conditions_come_to(hi5: Command, tmp_path: Path) -> None:
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(CONDITIONS)
+    shown = hi5("plan", spec).out
+    assert "Among pose fist, viewpoint is first_person: 45, third_person: 15." in shown
+    assert "As asked, every pose x environment has at least 14 images: 15." in shown
+    summary = json.loads(hi5("plan", spec, "--json").out)
+    assert summary["conditional"] == [
+        {
+            "given": {"pose": ["fist"]},
+            "of": "viewpoint",
+            "images": {"first_person": 45, "second_person": 0, "third_person": 15},
+        }
+    ]
+    assert summary["coverage"] == [
+        {"of": ["pose", "environment"], "at_least": 14, "smallest": 15, "largest": 15}
+    ]
+
+
 def test_the_vocabulary_groups_environments_and_explains_numbers(hi5: Command) -> None:
     shown = hi5("vocabulary").out
     assert "  studio: studio, " in shown
+    assert "tag:indoor (37), tag:outdoor (56), tag:studio (18)" in shown
     assert "typology angle in degrees (-90..70)" in shown
     assert "age (default 18..90): numbers or bands" in shown
     assert "ring (3, default none): none, band, gem" in shown

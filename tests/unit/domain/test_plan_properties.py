@@ -11,7 +11,7 @@ from benchmarks.plan_properties.linkage import Demand
 from benchmarks.plan_properties.promises import kept
 from benchmarks.plan_properties.refusals import SMALLEST, judged
 from benchmarks.plan_properties.run import Outcome, digests, digests_elsewhere, examined
-from hi5_common.domain import demands, ordering
+from hi5_common.domain import clashes, ordering
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.planning.linked import Linked
 from hi5_common.domain.planning.order import Periodic
@@ -134,10 +134,10 @@ def test_a_refusal_that_is_not_true_is_seen(
 ) -> None:
     asked = (of_tones("dark", "night", dark_by_night), of_tones("tan", "city", 5))
     spec = replace(ASKED, demands=asked)
-    demands._clash.cache_clear()
+    clashes._clash.cache_clear()
     assert judged(spec).faults == ()
-    demands._clash.cache_clear()
+    clashes._clash.cache_clear()
     with monkeypatch.context() as changed:
         changed.setattr(Linked, name, found)
         assert words in " ".join(judged(spec).faults)
-    demands._clash.cache_clear()
+    clashes._clash.cache_clear()

@@ -221,7 +221,11 @@ def schema_of(attribute: str) -> dict[str, Any]:
     [
         ("skin_tone", ["tan", "-17.5", "41"], ["drak", "1..2", ""]),
         ("age", ["18..30", "35", "-1e-3..+0.5"], ["18-30", "a", ".5..1", "1...2"]),
-        ("environment", ["city", "user:my.room", "polyhaven:a_b"], ["user:../a", "xuser:a", "us"]),
+        (
+            "environment",
+            ["city", "user:my.room", "polyhaven:a_b", "tag:indoor", "tag:studio+low_light"],
+            ["user:../a", "xuser:a", "us", "tag:", "tag:cafe+", "tag:here"],
+        ),
         ("ring", ["none", "gem"], ["watch"]),
     ],
 )

@@ -136,9 +136,7 @@ def test_a_pair_that_the_spec_links_is_noted_as_asked_for() -> None:
         observed.add(made(index, cell.as_dict(), rng), None)
     found = fairness(observed, plan)
     assert said(found, Verdict.UNFAIR) == []
-    assert any(
-        "The spec's combinations link these two" in text for text in said(found, Verdict.NOTE)
-    )
+    assert any("The spec's conditions link these two" in text for text in said(found, Verdict.NOTE))
 
 
 def test_nothing_delivered_is_no_error() -> None:

@@ -1,13 +1,15 @@
 """The images of demanded combinations are whole numbers, the only best ones, found in silence."""
 
 import json
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from hi5_common.domain.plan import Plan
-from hi5_common.domain.planning.linked import Demand, Linked
+from hi5_common.domain.planning.linked import Linked
 from hi5_common.domain.planning.strand import Strand
+from hi5_common.domain.planning.terms import Conditional, Demand
 from hi5_common.domain.seeding import factor_rng
 from hi5_common.domain.spec import parse_spec
 
@@ -72,3 +74,22 @@ def test_a_thousand_million_images_are_counted_exactly(count: int) -> None:
     assert images[(values[:, 0] == 0) & (values[:, 1] == 3)].sum() == 123_456_789
     assert images[(values[:, 0] == 1) & (values[:, 2] == 0)].sum() == 0
     assert images[(values[:, 0] == 2) & (values[:, 1] == 6)].sum() == 1
+
+
+def test_what_no_demand_tells_apart_is_solved_as_classes() -> None:
+    """Thousands of combinations with a share each are too hard a program; of classes it is not."""
+    shares = tuple(Fraction(1 + value % 5, 2 + 3 * 43) for value in range(43))
+    shares = tuple(share / sum(shares) for share in shares)
+    asked = Conditional({0: frozenset(range(60))}, 1, shares)
+    linked = Linked((Strand(110), Strand(43)), (asked,), 9999, frozenset({1}))
+    assert linked.clash() == ()
+    images = linked.solved(factor_rng(1, 0, "test"))
+    assert images is not None
+    values = linked.combinations
+    assert np.ptp(np.bincount(values[:, 0], weights=images)) <= 1
+    within = images * (values[:, 0] < 60)
+    counts = np.bincount(values[:, 1], weights=within)
+    whole = counts.sum()
+    assert all(abs(n - float(share) * whole) < 1 for n, share in zip(counts, shares, strict=True))
+    mine = images[values[:, 0] == 7]
+    assert np.abs(mine - whole / 60 * np.array(shares, float)).max() <= 1
