@@ -7,8 +7,10 @@ planned from requested, and delivered from the plan's share of what is delivered
 """
 
 import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+from hi5_common.domain import splits, twins
 from hi5_common.domain.demands import are_tied, expected_counts, follows
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.spec import DatasetSpec
@@ -53,8 +55,18 @@ def requested_counts(spec: DatasetSpec, attribute: Attribute) -> dict[str, float
         return {value: float(count) for value, count in counts.items()}
     if follows(spec, attribute):
         return expected_counts(spec, attribute)
+    if spec.splits and spec.splits.counts and attribute is spec.splits.attribute:
+        return _of_each_split(spec, spec.splits.counts)
     asked = spec.values_of(attribute)
     return dict.fromkeys(asked, spec.count / len(asked))
+
+
+def _of_each_split(spec: DatasetSpec, sizes: Mapping[str, int]) -> dict[str, float]:
+    """Return equal shares of each split's images among the values that it has."""
+    own = splits.dealt(twins.scenes_of(spec))
+    split = {value: name for name, values in own.items() for value in values}
+    among = spec.values_of(Attribute(spec.splits.by.value)) if spec.splits else ()
+    return {value: sizes[split[value]] / len(own[split[value]]) for value in among}
 
 
 def balance_of(

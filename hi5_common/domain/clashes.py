@@ -7,9 +7,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-import pydantic
-
-from hi5_common.domain import coverage, spec_errors, twins
+from hi5_common.domain import coverage, twins
 from hi5_common.domain.demands import MOST_CELLS, Group, Named, Values, follows, groups
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.planning.linked import Linked
@@ -68,13 +66,9 @@ def linkable(group: Group) -> bool:
 
 def _of_scenes(spec: "DatasetSpec") -> list[Problem]:
     """Twins are planned as scenes: it is those that conditions are met with."""
-    try:
-        twins.scenes_of(spec)
-    except pydantic.ValidationError as error:
-        note = f" (Here {spec.images_per_scene} images, the twins of a scene, are counted as one.)"
-        found = spec_errors.from_pydantic(error, type(spec))
-        return [replace(problem, remedy=f"{problem.remedy}{note}") for problem in found]
-    return []
+    note = f" (Here {spec.images_per_scene} images, the twins of a scene, are counted as one.)"
+    found = problems(twins.scenes_of(spec))
+    return [replace(problem, remedy=f"{problem.remedy}{note}") for problem in found]
 
 
 def _misnamed_combination(

@@ -21,9 +21,14 @@ def problems(spec: "DatasetSpec") -> list[Problem]:
     if base is None:
         return []
     found = [
-        Problem(field, getattr(spec, field), f"It was {_worded(getattr(base, field))}: {_KEEP}")
+        Problem(field, _plain(spec, field), f"It was {_plain(base, field)}: {_KEEP}")
         for field in UNCHANGED
-        if getattr(spec, field) != getattr(base, field)
+        if _plain(spec, field) != _plain(base, field)
+    ]
+    found += [
+        Problem(f"attributes.{name.value}", list(spec.values_of(name)), f"{_TWINS} {_KEEP}")
+        for name in spec.twinned()
+        if spec.values_of(name) != base.values_of(name)
     ]
     if _split_by(spec) != _split_by(base):
         remedy = f"It was split by {_worded(_split_by(base))}: {_KEEP}"
@@ -52,6 +57,15 @@ _CONDITIONS = {
     "coverage": "coverage that was asked for",
 }
 _KEEP = "images that are there already depend on it. Keep it, or leave out extends."
+
+
+_TWINS = "Twins differ in it, and the scenes that are there have fewer or others."
+
+
+def _plain(spec: "DatasetSpec", field: str) -> object:
+    """Return a field as a user wrote it; of a list the order does not matter."""
+    value = spec.model_dump(mode="json", include={field})[field]
+    return sorted(value) if isinstance(value, list) else value
 
 
 def _fewer(spec: "DatasetSpec", base: "DatasetSpec", name: Attribute) -> list[Problem]:

@@ -99,7 +99,7 @@ def _of_twins(spec: DatasetSpec, values: Values, crossed: tuple[Attribute, ...])
     scenes = _renumbered(numbered(twins.scenes_of(spec)), values, others)
     numbers = [
         [values[name].index(value) for name, value in twin.items()]
-        for twin in twins.combinations(spec)
+        for twin in twins.each_of_scene(spec)
     ]
     places = tuple(crossed.index(name) for name in spec.twinned())
     sizes = tuple(len(values[name]) for name in crossed)
@@ -118,10 +118,14 @@ def _of_splits(spec: DatasetSpec, values: Values, crossed: tuple[Attribute, ...]
 
 
 def _renumbered(source: Numbered, values: Values, crossed: tuple[Attribute, ...]) -> Order:
-    """Return an order with the numbers of `values`, of the attributes in `crossed`."""
+    """Return an order with the numbers of `values`, of the attributes in `crossed`.
+
+    Values that are not among them have no images, and any number.
+    """
     columns = []
     for name in crossed:
-        new = np.array([values[name].index(value) for value in source.values[name]], np.int64)
+        known = {value: number for number, value in enumerate(values[name])}
+        new = np.array([known.get(value, 0) for value in source.values[name]], np.int64)
         columns.append((source.crossed.index(name) if name in source.crossed else None, new))
     return Renumbered(source.order, tuple(columns), tuple(len(values[name]) for name in crossed))
 

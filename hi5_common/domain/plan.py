@@ -178,7 +178,7 @@ class Plan:
         """Return the number of images of each split; nothing if the dataset is not split."""
         if self.spec.splits is None:
             return {}
-        scenes = twins.scenes_of(self.spec) if self.spec.twins else self.spec
+        scenes = twins.scenes_of(self.spec)
         each = self.spec.images_per_scene
         return {name: each * part.count for name, part in splits.parts(scenes).items()}
 

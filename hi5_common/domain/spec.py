@@ -247,9 +247,9 @@ class DatasetSpec(StrictModel):
         """Return the images of each value, in canonical order; None where shares are equal."""
         request = self.attributes[attribute]
         if isinstance(request, Weights):
-            return whole_shares(
-                {v: request.weights[v] for v in self.values_of(attribute)}, self.count
-            )
+            weights = {value: request.weights[value] for value in self.values_of(attribute)}
+            each = self.images_per_scene
+            return {v: each * n for v, n in whole_shares(weights, self.count // each).items()}
         if isinstance(request, dict):
             return {value: request[value] for value in self.values_of(attribute)}
         return None

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hi5_common.domain.spec import DatasetSpec
 
 MAX_SPLITS = 10
+_A_WEIGHT = (int | float, 1e-9, "number from 1e-9")
 
 
 class SplitBy(StrEnum):
@@ -47,11 +48,15 @@ class Splits(StrictModel):
         weights = asked.get("weights") if isinstance(asked, dict) else None
         shares = weights if isinstance(weights, dict) else asked
         if not isinstance(shares, dict):
-            return asked
+            remedy = "Give counts, {train: 900, test: 100}, or {weights: {train: 9, test: 1}}."
+            raise spec_errors.ProblemsFound([Problem("splits.images", asked, remedy)])
+        kinds, least, what = (int, 1, "whole number from 1") if weights is None else _A_WEIGHT
         problems = [
-            Problem(f"splits.images.{name}", n, "Give a number above 0.")
+            Problem(f"splits.images.{name}", n, f"Give a {what} to {spec_errors.MAX_WEIGHT:.0e}.")
             for name, n in shares.items()
-            if isinstance(n, bool) or not isinstance(n, int | float) or not n > 0
+            if isinstance(n, bool)
+            or not isinstance(n, kinds)
+            or not least <= n <= spec_errors.MAX_WEIGHT
         ]
         if not 2 <= len(shares) <= MAX_SPLITS:
             problems.append(
@@ -118,7 +123,7 @@ def problems(spec: "DatasetSpec") -> list[Problem]:
         remedy = f"{attribute.value} has counts of its own: give the splits weights."
         return [Problem("splits.images", splits.counts, remedy)]
     try:
-        parts(twins.scenes_of(spec) if spec.twins else spec)
+        parts(twins.scenes_of(spec))
     except NoSplit as error:
         return [error.problem]
     return []
@@ -137,7 +142,8 @@ def dealt(spec: "DatasetSpec") -> dict[str, tuple[str, ...]]:
     weights = spec.counts_of(attribute) or dict.fromkeys(spec.values_of(attribute), 1)
     own: dict[str, list[str]] = {name: [] for name in splits.names}
     if spec.extends and spec.extends.splits:
-        own |= {name: list(values) for name, values in dealt(spec.extends).items()}
+        for name, had in dealt(spec.extends).items():
+            own[name] = [value for value in had if value in weights]
     known = {value for values in own.values() for value in values}
     new = [value for value in weights if value not in known]
     rng = factor_rng(spec.seed, 0, f"splits/{attribute.value}")
@@ -160,22 +166,24 @@ def dealt(spec: "DatasetSpec") -> dict[str, tuple[str, ...]]:
     return {name: tuple(sorted(values, key=order.index)) for name, values in own.items()}
 
 
-def poses_beside(spec: "DatasetSpec", pose: Pose) -> tuple[Pose, ...]:
-    """Return the poses that a hand may be on its way to from `pose`, itself among them.
+def poses_beside(spec: "DatasetSpec", pose: Pose, index: int) -> tuple[Pose, ...]:
+    """Return the poses that the hand of image `index` may be on its way to, its own among them.
 
-    All there are, unless the dataset is split by poses: then those of the same split.
+    All there are, unless the dataset is split by poses: then those of the same split, of the
+    dataset that the image was in first.
     """
     if spec.splits is None or spec.splits.by is not SplitBy.POSE:
         return tuple(Pose)
-    own = _poses_dealt((twins.scenes_of(spec) if spec.twins else spec).canonical_json())
-    return next(poses for poses in own if pose in poses)
+    while spec.extends is not None and index < spec.extends.count:
+        spec = spec.extends
+    return next(poses for poses in _poses_dealt(spec.canonical_json()) if pose in poses)
 
 
 @lru_cache(maxsize=16)
 def _poses_dealt(canonical_json: str) -> tuple[tuple[Pose, ...], ...]:
     from hi5_common.domain.spec import DatasetSpec  # which knows what splits are
 
-    own = dealt(DatasetSpec.model_validate_json(canonical_json))
+    own = dealt(twins.scenes_of(DatasetSpec.model_validate_json(canonical_json)))
     return tuple(tuple(map(Pose, values)) for values in own.values())
 
 
@@ -195,6 +203,9 @@ def parts(spec: "DatasetSpec") -> dict[str, "DatasetSpec"]:
         if not size:
             remedy = "Its share is less than an image: ask for more."
             raise NoSplit(Problem("splits.images", name, remedy))
+        if name in earlier and size < earlier[name].count:
+            remedy = f"It has {earlier[name].count} images already: ask for as many, or for more."
+            raise NoSplit(Problem(f"splits.images.{name}", size, remedy))
     for other in Attribute:
         if other is not attribute and len(spec.values_of(other)) > 1:
             share = _dealt_evenly if spec.counts_of(other) is None else _shared
@@ -241,10 +252,11 @@ def _dealt_evenly(
     """
     values = list(wanted(spec, attribute))
     total, table = dict.fromkeys(values, 0), dict[str, dict[str, int]]()
+    later = _more_later(values, sizes, least)
     for name, size in sizes.items():
         share, extra = divmod(size, len(values))
         had = least.get(name, {})
-        order = sorted(values, key=lambda v: (had.get(v, 0) <= share, total[v]))
+        order = sorted(values, key=lambda v: (had.get(v, 0) <= share, total[v] + later[name][v]))
         table[name] = dict.fromkeys(values, share)
         for value in order[:extra]:
             table[name][value] += 1
@@ -255,6 +267,19 @@ def _dealt_evenly(
     if max(total.values()) - min(total.values()) > 1:
         raise _too_few(spec, attribute)
     return table
+
+
+def _more_later(
+    values: Sequence[str], sizes: Mapping[str, int], least: Mapping[str, Mapping[str, int]]
+) -> dict[str, dict[str, int]]:
+    """Return for each split which values have one image more already in splits after it."""
+    more, found = dict.fromkeys(values, 0), dict[str, dict[str, int]]()
+    for name in reversed(list(sizes)):
+        found[name] = dict(more)
+        share = sizes[name] // len(values)
+        for value in values:
+            more[value] += least.get(name, {}).get(value, 0) > share
+    return found
 
 
 def _shared(
@@ -303,22 +328,25 @@ def _part(
     earlier: Mapping[str, "DatasetSpec"],
 ) -> "DatasetSpec":
     name = _splits(spec).names[number]
+    before = earlier.get(name)
+    if before is not None and size == before.count:
+        return before
     asked = {
         attribute.value: list(counts[name])
         if len(set(counts[name].values())) == 1
         else dict(counts[name])
         for attribute, counts in shared.items()
     }
-    document = spec.model_dump(mode="json")
-    document |= {
-        "count": size,
-        "seed": int(factor_rng(spec.seed, number, "splits").integers(2**63)),
-        "attributes": document["attributes"] | asked,
-        "splits": None,
-        "images_per_shard": None,
-        "extends": earlier[name].model_dump(mode="json") if earlier else None,
-    }
-    return type(spec).model_validate(document)
+    return spec.model_copy(
+        update={
+            "count": size,
+            "seed": int(factor_rng(spec.seed, number, "splits").integers(2**63)),
+            "attributes": spec.attributes.model_copy(update=asked),
+            "splits": None,
+            "images_per_shard": None,
+            "extends": before,
+        }
+    )
 
 
 def _splits(spec: "DatasetSpec") -> Splits:

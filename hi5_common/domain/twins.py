@@ -13,7 +13,7 @@ TWINNED = (Attribute.GENDER, Attribute.SKIN_TONE)
 """What twins may differ in."""
 
 
-def combinations(spec: "DatasetSpec") -> tuple[dict[Attribute, str], ...]:
+def each_of_scene(spec: "DatasetSpec") -> tuple[dict[Attribute, str], ...]:
     """Return what the twins of a scene are, in the order of their images."""
     values = [spec.values_of(attribute) for attribute in spec.twinned()]
     return tuple(
@@ -22,26 +22,41 @@ def combinations(spec: "DatasetSpec") -> tuple[dict[Attribute, str], ...]:
 
 
 def scenes_of(spec: "DatasetSpec") -> "DatasetSpec":
-    """Return the spec of a dataset's scenes: an image each, whichever of the twins it shows."""
+    """Return the spec of a dataset's scenes: an image each, whichever of the twins it shows.
+
+    Of a dataset without twins its own. Not validated: what is right of images is of scenes.
+    """
+    if not spec.twins:
+        return spec
     size = spec.images_per_scene
-    document = spec.model_dump(mode="json")
-    document["twins"] = []
-    document["count"] = spec.count // size
+    asked: dict[str, object] = {}
     for attribute in Attribute:
-        asked = document["attributes"][attribute.value]
+        request = spec.attributes[attribute]
         if attribute in spec.twins:
-            document["attributes"][attribute.value] = [spec.values_of(attribute)[0]]
-        elif isinstance(asked, dict) and "weights" not in asked:
-            document["attributes"][attribute.value] = {v: n // size for v, n in asked.items()}
-    for combination in document["combinations"]:
-        combination["count"] //= size
-    for asked in document["coverage"]:
-        asked["at_least"] = -(-asked["at_least"] // size)
-    if spec.splits and spec.splits.counts:
-        document["splits"]["images"] = {v: n // size for v, n in spec.splits.counts.items()}
-    if spec.extends:
-        document["extends"] = scenes_of(spec.extends).model_dump(mode="json")
-    return type(spec).model_validate(document)
+            asked[attribute.value] = [spec.values_of(attribute)[0]]
+        elif isinstance(request, dict):
+            asked[attribute.value] = {value: n // size for value, n in request.items()}
+    splits = spec.splits
+    if splits is not None and splits.counts:
+        fewer = {name: n // size for name, n in splits.counts.items()}
+        splits = splits.model_copy(update={"images": fewer})
+    combinations = [
+        one.model_copy(update={"count": one.count // size}) for one in spec.combinations
+    ]
+    coverage = [
+        one.model_copy(update={"at_least": -(-one.at_least // size)}) for one in spec.coverage
+    ]
+    return spec.model_copy(
+        update={
+            "twins": [],
+            "count": spec.count // size,
+            "attributes": spec.attributes.model_copy(update=asked),
+            "combinations": combinations,
+            "coverage": coverage,
+            "splits": splits,
+            "extends": None if spec.extends is None else scenes_of(spec.extends),
+        }
+    )
 
 
 def problems(spec: "DatasetSpec") -> list[Problem]:

@@ -143,6 +143,15 @@ class Twinned:
     def stray(self) -> float:
         return self.order.stray * len(self.twins)
 
+    def within(self, place: int) -> int:
+        """Return the place among the scenes' strands of a strand that twins have in common."""
+        return place - sum(own < place for own in self.places)
+
+    def having(self, place: int) -> Ints:
+        """Return how many twins of a scene have each value (n,) of a strand that they differ in."""
+        column = self.twins[:, self.places.index(place)]
+        return np.bincount(column, minlength=self.sizes[place]).astype(np.int64)
+
     @property
     def boxes(self) -> tuple[Box, ...]:
         own = [np.unique(column) for column in self.twins.T]

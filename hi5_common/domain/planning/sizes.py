@@ -6,12 +6,18 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from hi5_common.domain.planning.joined import Twinned
 from hi5_common.domain.planning.order import Box, Order
 from hi5_common.domain.planning.strand import Ints, Table
 
 
 def value_sizes(order: Order, place: int) -> Ints:
     """Return the number of images (n,) of each value number of a strand."""
+    if isinstance(order, Twinned):
+        if place in order.places:
+            scenes = int(value_sizes(order.order, 0).sum()) if order.order.sizes else 0
+            return scenes * order.having(place)
+        return len(order.twins) * value_sizes(order.order, order.within(place))
     size = order.sizes[place]
     sizes = np.zeros(size, dtype=np.int64)
     for box in order.boxes:
@@ -23,6 +29,12 @@ def value_sizes(order: Order, place: int) -> Ints:
 
 def pair_sizes(order: Order, a: int, b: int) -> Ints:
     """Return the number of images (n_a, n_b) of each pair of value numbers of two strands."""
+    if isinstance(order, Twinned) and not {a, b} & set(order.places):
+        return len(order.twins) * pair_sizes(order.order, order.within(a), order.within(b))
+    if isinstance(order, Twinned):
+        # Every scene has every twin, so that the twins' strands are independent of all others.
+        first, second = value_sizes(order, a), value_sizes(order, b)
+        return np.outer(first, second) // max(int(first.sum()), 1)
     return cell_sizes(order, (a, b))
 
 
@@ -40,6 +52,8 @@ def cell_sizes(order: Order, places: Sequence[int]) -> Ints:
 
 def joint_extremes(order: Order) -> tuple[int, int]:
     """Return the smallest and the largest number of images of any combination of value numbers."""
+    if isinstance(order, Twinned):  # a combination has as many images as its scenes have
+        return joint_extremes(order.order)
     rows = np.concatenate([table for table, _ in order.tables])
     times = np.repeat([n for _, n in order.tables], [len(table) for table, _ in order.tables])
     _, first, cell = np.unique(_codes(rows, order.sizes), return_index=True, return_inverse=True)

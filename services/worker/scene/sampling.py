@@ -13,7 +13,7 @@ from hi5_common.domain.plan import Cell, Cells
 from hi5_common.domain.seeding import factor_rng, render_seed
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.splits import poses_beside
-from hi5_common.domain.vocabulary import Gender, skin_tone_ita_deg
+from hi5_common.domain.vocabulary import Gender, Pose, skin_tone_ita_deg
 from services.worker.hand.pose import FOREARM_AXIS, thumb_up_axis
 from services.worker.hand.shape import HandShape
 from services.worker.hand.skin import PosedHand, posed_hand
@@ -105,7 +105,8 @@ def sample_scene(
     cell, held = twins[index % size], dict[Gender, _Held]()
     for twin in twins:
         if twin.gender not in held:
-            held[twin.gender] = _Held.of(spec, twin, hands, rng_of)
+            among = poses_beside(spec, twin.pose, index)
+            held[twin.gender] = _Held.of(spec, twin, among, hands, rng_of)
     first, own = held[twins[0].gender], held[cell.gender]
     shot = _Shot.of(spec, twins[0], rng_of, [one.viewed for one in held.values()])
     placed, camera = shot.hand_to_world, shot.camera
@@ -149,10 +150,17 @@ class _Held:
     viewed: ViewedHand
 
     @classmethod
-    def of(cls, spec: DatasetSpec, cell: Cell, hands: HandLibrary, rng_of: FactorRng) -> Self:
+    def of(
+        cls,
+        spec: DatasetSpec,
+        cell: Cell,
+        among: Sequence[Pose],
+        hands: HandLibrary,
+        rng_of: FactorRng,
+    ) -> Self:
         shape = draw_shape(cell, rng_of("shape"), spec.distributions)
         hand = hands.hand(cell.gender, cell.handedness, shape)
-        posture = draw_posture(cell, shape, hand.model, rng_of, poses_beside(spec, cell.pose))
+        posture = draw_posture(cell, shape, hand.model, rng_of, among)
         posed = posed_hand(hand.model, posture.angles)
         worn = draw_ornaments(cell, rng_of)
         viewed = ViewedHand.of(hand, posed, ornaments_on(worn, hand, posed))

@@ -81,7 +81,7 @@ def test_it_conforms_to_croissant_and_to_its_responsible_ai_vocabulary() -> None
     ]
     assert {key.removeprefix("rai:") for key in found if key.startswith("rai:")} == set(RAI)
     read = metadata(found)
-    assert "dark skin is exposed longer" in " ".join(read.data_biases)
+    assert "two tones in different light may look alike" in " ".join(read.data_biases)
     assert read.annotations_per_item.startswith("1, computed")
     assert "no personal data" in " ".join(read.personal_sensitive_information)
     assert read.version == "1.0.0"

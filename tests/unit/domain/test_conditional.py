@@ -72,7 +72,7 @@ def test_what_was_left_out_follows_and_is_equal_where_nothing_is_said() -> None:
     for pose in ("one", "five"):
         assert all(66 <= pairs[pose, view] <= 67 for view in VIEWS)
     assert furthest_beginning(plan.order, plan.count) <= 2.0 + 1e-9
-    requested = balance_of(plan, Tallies({}, {}), 0).attributes
+    requested = balance_of(plan.spec, plan.tallies(), Tallies({}, {}), 0).attributes
     (views,) = (table for table in requested if table.attributes == (VIEWPOINT,))
     assert sum(cell.requested for cell in views.cells) == pytest.approx(600)
     assert views.worst_planned_deviation <= 1

@@ -1,5 +1,6 @@
 """What extends a dataset begins with it, and is as even as a dataset planned at once."""
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -117,3 +118,46 @@ def test_too_few_more_images_for_new_values_are_refused() -> None:
 def test_a_problem_of_what_is_extended_is_named_by_its_place() -> None:
     words = refused({"count": 200, "extends": {"count": 100, "attributes": {"gender": ["x"]}}})
     assert words.startswith("extends.attributes.gender:")
+
+
+def test_twins_cannot_have_more_values_than_the_scenes_that_are_there() -> None:
+    three = {"count": 12, "twins": ["skin_tone"], "attributes": {"skin_tone": TONES}}
+    more = {**three, "count": 48, "attributes": {"skin_tone": [*TONES, "brown"]}, "extends": three}
+    assert refused(more).startswith("attributes.skin_tone:")
+    genders = {"count": 200, "twins": ["gender", "skin_tone"]}
+    two = {**genders, "attributes": {"skin_tone": TONES[:2]}}
+    assert refused({**genders, "count": 600, "extends": two}).startswith("attributes.skin_tone:")
+
+
+def test_a_value_without_images_may_be_dropped() -> None:
+    before = {"count": 20, "attributes": {"gender": {"female": 20, "male": 0}}}
+    after = {"count": 40, "attributes": {"gender": ["female"]}, "extends": before}
+    assert list(planned(after).cells(0, 20)) == list(planned(before).cells())
+
+
+def test_labels_in_another_order_are_the_same() -> None:
+    before = {"count": 20, "labels": ["mask", "box"]}
+    assert planned({"count": 40, "labels": ["box", "mask"], "extends": before}).count == 40
+
+
+def test_many_generations_are_read_in_a_moment() -> None:
+    weights = {f"part{k}": 1 for k in range(10)}
+    document: dict[str, Any] = {
+        "count": 600,
+        "twins": ["skin_tone"],
+        "splits": {"by": "identity", "images": {"weights": weights}},
+    }
+    for generation in range(1, 16):
+        document = {**document, "count": 600 * (generation + 1), "extends": document}
+    parsed = parse_spec(document)
+    calls = 0
+
+    def count(*_: object) -> None:
+        nonlocal calls
+        calls += 1
+
+    sys.setprofile(count)
+    parse_spec(document)
+    sys.setprofile(None)
+    assert parsed.count == 9600
+    assert calls < 10_000_000  # hundreds of millions, when each generation was checked anew

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from hi5_common.domain.balance import requested_counts
 from hi5_common.domain.errors import InvalidInput
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import parse_spec
@@ -69,10 +70,10 @@ def test_every_beginning_has_its_share_of_every_split() -> None:
 
 def test_a_hand_is_on_its_way_to_poses_of_its_split_only() -> None:
     spec = parse_spec({"count": 100, "splits": {"by": "pose", "images": WEIGHTS}})
-    groups = {poses_beside(spec, pose) for pose in Pose}
+    groups = {poses_beside(spec, pose, 0) for pose in Pose}
     assert len(groups) == 3
     assert sorted(pose for group in groups for pose in group) == sorted(Pose)
-    assert poses_beside(parse_spec({"count": 100}), Pose.FIST) == tuple(Pose)
+    assert poses_beside(parse_spec({"count": 100}), Pose.FIST, 0) == tuple(Pose)
 
 
 def test_a_split_dataset_grows_and_every_image_stays_in_its_split() -> None:
@@ -123,3 +124,56 @@ def test_a_plan_does_not_depend_on_the_order_in_which_splits_are_named() -> None
     stored = parse_spec(json.loads(one.spec.canonical_json()))
     assert list(Plan.of(stored).cells()) == list(one.cells())
     assert [Plan.of(stored).split_of(i) for i in range(99)] == [one.split_of(i) for i in range(99)]
+
+
+def test_a_split_may_stay_as_large_as_it_was() -> None:
+    small = {"count": 100, "splits": {"by": "environment", "images": {"train": 80, "test": 20}}}
+    images = {"train": 180, "test": 20}
+    large = {"count": 200, "splits": {"by": "environment", "images": images}, "extends": small}
+    before, after = Plan.of(parse_spec(small)), Plan.of(parse_spec(large))
+    assert list(after.cells(0, 100)) == list(before.cells())
+    assert by_split(after)["test"] == by_split(before)["test"]
+    fewer = {**large, "splits": {"by": "environment", "images": {"train": 181, "test": 19}}}
+    with pytest.raises(InvalidInput, match=r"^splits\.images\.test: 19"):
+        parse_spec(fewer)
+
+
+def test_a_later_split_keeps_the_values_that_it_has_one_more_of() -> None:
+    by = {"by": "environment"}
+    small = {"count": 12, "splits": {**by, "images": {"train": 8, "test": 4}}}
+    images = {"train": 24, "test": 12}
+    large = parse_spec({"count": 36, "splits": {**by, "images": images}, "extends": small})
+    counts = Plan.of(large).value_counts(Attribute.POSE).values()
+    assert max(counts) - min(counts) <= 1
+
+
+def test_new_poses_leave_the_ways_of_old_images_alone() -> None:
+    poses = [pose.value for pose in Pose]
+    splits = {"by": "pose", "images": {"weights": {"train": 1, "test": 1}}}
+    small = {"count": 40, "splits": splits, "attributes": {"pose": poses[:8]}}
+    grown = {**small, "count": 200, "attributes": {"pose": poses[:16]}, "extends": small}
+    before, after = parse_spec(small), parse_spec(grown)
+    pools = [poses_beside(after, Plan.of(after).cell(index).pose, index) for index in range(40)]
+    assert pools == [poses_beside(before, cell.pose, 0) for cell in Plan.of(before).cells()]
+
+
+def test_requested_shares_of_what_is_split_are_those_of_each_split() -> None:
+    environments = ["city", "night", "forest", "studio"]
+    plan = planned(
+        "environment", {"train": 950, "test": 50}, attributes={"environment": environments}
+    )
+    requested = requested_counts(plan.spec, Attribute.ENVIRONMENT)
+    planned_counts = plan.value_counts(Attribute.ENVIRONMENT)
+    assert all(abs(requested[v] - planned_counts[v]) < 1 for v in environments)
+
+
+@pytest.mark.parametrize("weight", [float("inf"), float("nan"), 1e308, -1.0, True, "x"])
+def test_weights_of_splits_are_sound_numbers(weight: object) -> None:
+    images = {"weights": {"a": weight, "b": 1.0}}
+    with pytest.raises(InvalidInput, match=r"^splits\.images\.a: "):
+        parse_spec({"count": 40, "splits": {"by": "identity", "images": images}})
+
+
+def test_images_that_are_no_map_are_refused_by_the_field() -> None:
+    with pytest.raises(InvalidInput, match=r"^splits\.images: "):
+        parse_spec({"count": 40, "splits": {"by": "identity", "images": [1, 2]}})

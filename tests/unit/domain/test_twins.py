@@ -1,5 +1,7 @@
 """Twins differ in what was asked for and in nothing else of their cells."""
 
+import itertools
+from collections import Counter
 from typing import Any
 
 import pytest
@@ -104,3 +106,20 @@ def test_what_cannot_be_twins_is_refused(document: dict[str, Any], field: str) -
     with pytest.raises(InvalidInput) as caught:
         parse_spec(document)
     assert str(caught.value).startswith(f"{field}:")
+
+
+def test_weights_are_met_in_whole_scenes_and_said_so() -> None:
+    weights = {"weights": {"fist": 1.0, "cup": 0.5, "one": 3.0, "two": 1.0}}
+    document = {"count": 24, "twins": ["skin_tone"], "attributes": {"pose": weights}}
+    plan = Plan.of(parse_spec(document))
+    assert plan.value_counts(Attribute.POSE) == plan.spec.counts_of(Attribute.POSE)
+
+
+def test_sizes_are_worked_out_from_scenes() -> None:
+    plan = Plan.of(parse_spec({"count": 240, "twins": ["gender", "skin_tone"]}))
+    cells = [cell.as_dict() for cell in plan.cells()]
+    for a, b in itertools.combinations(plan.crossed, 2):
+        found = Counter((cell[a], cell[b]) for cell in cells)
+        assert {pair: n for pair, n in plan.pair_counts(a, b).items() if n} == found
+    joint = Counter(tuple(cell[name] for name in plan.crossed) for cell in cells)
+    assert plan.joint_extremes() == (0, max(joint.values()))

@@ -65,5 +65,5 @@ def test_no_hand_is_on_its_way_to_a_pose_of_another_split(tmp_path: Path) -> Non
     spec = parse_spec({"seed": 8, "count": 24, "splits": splits})
     found = scenes(tmp_path, [Take(i) for i in range(24)], count=24, splits=splits)
     for scene in found:
-        assert scene.blend.target in poses_beside(spec, scene.cell.pose)
+        assert scene.blend.target in poses_beside(spec, scene.cell.pose, scene.index)
     assert {scene.split for scene in found} == {"train", "test"}
