@@ -53,7 +53,7 @@ class RenderSettings:
 QUALITY_SETTINGS: Mapping[Quality, RenderSettings] = MappingProxyType(
     {
         Quality.DRAFT: RenderSettings(1, Denoise.BALANCED, Prefilter.FAST),
-        Quality.STANDARD: RenderSettings(2, Denoise.BALANCED, Prefilter.FAST),
+        Quality.STANDARD: RenderSettings(3, Denoise.BALANCED, Prefilter.FAST),
         Quality.HIGH: RenderSettings(16, Denoise.HIGH, Prefilter.ACCURATE),
         Quality.REFERENCE: RenderSettings(
             512, Denoise.NONE, Prefilter.NONE, max_bounces=12, scatter_from_px=0.0
