@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Protocol
+from typing import Any, Protocol
 from uuid import UUID, uuid5
 
 from sqlalchemy import delete as delete_rows
@@ -12,7 +12,8 @@ from sqlalchemy import insert, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from hi5_common.db import clock, deliveries, errors, events, extending, planned
+from hi5_common.db import clock, deliveries, errors, events, extending, planned, rows
+from hi5_common.db.extending import TakenOver
 from hi5_common.db.tables import (
     DatasetRow,
     DeletedDatasetRow,
@@ -23,7 +24,7 @@ from hi5_common.db.tables import (
 )
 from hi5_common.domain import lifecycle
 from hi5_common.domain.lifecycle import DatasetEvent, Transition
-from hi5_common.domain.records import Dataset, ShardStatus, Tallies
+from hi5_common.domain.records import Dataset, Publication, ShardStatus, Tallies
 from hi5_common.domain.sharding import ShardRange
 from hi5_common.domain.spec import DatasetSpec
 
@@ -70,20 +71,22 @@ def create(
     if earlier is not None:
         return _same_again(session, earlier, spec, idempotency_key)
     moment = now or session.scalars(select(clock.now())).one()
-    dataset_id, base_id = _new_id(moment), extending.complete(session, spec)
+    dataset_id, cuts = _new_id(moment), tuple(plan.shards())
+    taken = extending.taken_over(session, spec, plan, frozenset(cuts))
     try:
         with session.begin_nested():
-            _insert_dataset(session, dataset_id, spec, idempotency_key, moment, base_id)
+            _insert_dataset(session, dataset_id, spec, idempotency_key, moment, taken)
     except IntegrityError:  # another request used the key between our look and our insert
         earlier = _of_key(session, idempotency_key)
         if earlier is None:
             raise
         return _same_again(session, earlier, spec, idempotency_key)
-    _insert_shards(session, dataset_id, spec, plan, moment, base_id)
+    _insert_shards(session, dataset_id, cuts, moment, taken)
+    deliveries.begin(session, dataset_id, len(cuts), _begun(taken))
     planned.keep(session, dataset_id, plan.tallies())
     events.record_dataset(session, dataset_id, DatasetEvent.CREATE)
-    if base_id is not None:
-        events.record_dataset(session, dataset_id, DatasetEvent.TAKE_OVER, str(base_id))
+    if taken is not None:
+        _record_take_over(session, dataset_id, taken)
     return CreatedDataset(get(session, dataset_id), created=True)
 
 
@@ -222,7 +225,7 @@ def _insert_dataset(
     asked: DatasetSpec,
     key: str | None,
     moment: datetime,
-    base_id: UUID | None,
+    taken: TakenOver | None,
 ) -> None:
     session.execute(
         insert(DatasetRow).values(
@@ -231,7 +234,7 @@ def _insert_dataset(
             image_count=asked.count,
             idempotency_key=key,
             created_at=moment,
-            extends_id=base_id,
+            extends_id=taken.base_id if taken else None,
         )
     )
 
@@ -239,15 +242,11 @@ def _insert_dataset(
 def _insert_shards(
     session: Session,
     dataset_id: UUID,
-    asked: DatasetSpec,
-    plan: ShardPlan,
+    cuts: Sequence[ShardRange],
     moment: datetime,
-    base_id: UUID | None,
+    taken: TakenOver | None,
 ) -> None:
-    cuts = tuple(plan.shards())
-    published = extending.publications(session, base_id)
-    if not published.keys() <= set(cuts):
-        published = {}  # another version of hi5 has cut it otherwise: all is rendered again
+    published = taken.publications if taken else {}
     batch = [
         {
             "id": uuid5(dataset_id, str(cut.number)),
@@ -259,18 +258,33 @@ def _insert_shards(
             "attempt": 0,
             "failures": 0,
             "progress": cut.stop - cut.start if cut in published else 0,
-            "publication": published.get(cut),
+            "publication": _document(published.get(cut)),
             "not_before": moment,
             "changed_at": moment,
         }
         for cut in cuts
     ]
     session.execute(insert(ShardRow), batch)
-    taken = None
-    if asked.extends is not None and published:
-        images = asked.extends.count
-        taken = deliveries.TakenOver(len(published), images, plan.tallies_of_first(images))
-    deliveries.begin(session, dataset_id, len(batch), taken)
+
+
+def _document(publication: Publication | None) -> dict[str, Any] | None:
+    return None if publication is None else rows.publication_document(publication)
+
+
+def _begun(taken: TakenOver | None) -> deliveries.Begun:
+    if taken is None:
+        return deliveries.NOTHING
+    return deliveries.Begun(len(taken.publications), taken.images, taken.tallies)
+
+
+def _record_take_over(session: Session, dataset_id: UUID, taken: TakenOver) -> None:
+    events.record_dataset(session, dataset_id, DatasetEvent.TAKE_OVER, str(taken.base_id))
+    for cut, publication in taken.publications.items():
+        trouble = publication.trouble()
+        if trouble is not None:
+            events.record_dataset(
+                session, dataset_id, DatasetEvent.TAKE_OVER, trouble, shard_number=cut.number
+            )
 
 
 def _records(session: Session, found: Sequence[DatasetRow]) -> list[Dataset]:

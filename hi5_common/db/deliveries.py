@@ -31,26 +31,27 @@ class Count:
 
 
 @dataclass(frozen=True)
-class TakenOver:
-    """What a dataset has of the one that it extends from the first: shards and images, no gaps."""
+class Begun:
+    """What a dataset has from the first: shards and images, no gaps."""
 
     shards: int
     images: int
     tallies: Tallies
 
 
-def begin(
-    session: Session, dataset_id: UUID, shard_count: int, taken: TakenOver | None = None
-) -> None:
-    """Insert the delivery of a new dataset: nothing yet, but for what was taken over."""
+NOTHING = Begun(0, 0, counting.EMPTY)
+
+
+def begin(session: Session, dataset_id: UUID, shard_count: int, begun: Begun) -> None:
+    """Insert the delivery of a new dataset: what it has from the first."""
     session.execute(
         insert(DeliveryRow).values(
             dataset_id=dataset_id,
             shard_count=shard_count,
-            shards_done=taken.shards if taken else 0,
-            images_done=taken.images if taken else 0,
+            shards_done=begun.shards,
+            images_done=begun.images,
             images_missing=0,
-            tallies=asdict(taken.tallies if taken else counting.EMPTY),
+            tallies=asdict(begun.tallies),
         )
     )
 

@@ -49,12 +49,21 @@ def of_latest(session: Session, dataset_id: UUID, limit: int) -> list[Event]:
 
 
 def record_dataset(
-    session: Session, dataset_id: UUID, kind: DatasetEvent, detail: str | None = None
+    session: Session,
+    dataset_id: UUID,
+    kind: DatasetEvent,
+    detail: str | None = None,
+    *,
+    shard_number: int | None = None,
 ) -> None:
-    """Write what happened to a dataset."""
+    """Write what happened to a dataset, or by that to one of its shards."""
     session.execute(
         insert(EventRow).values(
-            at=clock.now(), dataset_id=dataset_id, kind=kind.value, detail=detail
+            at=clock.now(),
+            dataset_id=dataset_id,
+            shard_number=shard_number,
+            kind=kind.value,
+            detail=detail,
         )
     )
 

@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 from hi5_common.db import clock, deliveries, errors, events, rows
 from hi5_common.db.tables import DatasetRow, EventRow, ShardRow
 from hi5_common.domain import lifecycle, retry
-from hi5_common.domain.lifecycle import Transition
+from hi5_common.domain.lifecycle import DatasetEvent, Transition
 from hi5_common.domain.records import Publication, Shard, ShardStatus
 from hi5_common.domain.retry import FailureKind, GiveUp
 
@@ -93,8 +93,9 @@ def finish(
         **_NO_LEASE,
     )
     if finished is not None:
-        detail = _what_is_missing(publication)
-        events.record_shards(session, [shard_id], Transition.FINISH, owner=owner, detail=detail)
+        events.record_shards(
+            session, [shard_id], Transition.FINISH, owner=owner, detail=publication.trouble()
+        )
         deliveries.add(session, finished.dataset_id, publication)
         return
     _explain_refusal(session, shard_id, attempt, document)
@@ -161,11 +162,13 @@ def of_dataset(
 def in_trouble(session: Session, dataset_id: UUID, limit: int) -> list[Shard]:
     """Return the first published shards that have gaps or redraws, in order of their number.
 
-    Found by their events, which are small: a publication's own JSON may have a hundred kilobytes.
+    Found by their events, of finishing or of being taken over, which are small: a publication's
+    own JSON may have a hundred kilobytes.
     """
     told = select(EventRow.shard_number).where(
         EventRow.dataset_id == dataset_id,
-        EventRow.kind == Transition.FINISH.value,
+        EventRow.kind.in_([Transition.FINISH.value, DatasetEvent.TAKE_OVER.value]),
+        EventRow.shard_number.is_not(None),
         EventRow.detail.is_not(None),
     )
     found = session.scalars(
@@ -321,8 +324,3 @@ def _explain_refusal(
         raise errors.LeaseLost
     told = f"{made} images and {gaps} gaps"
     raise errors.WrongCount(f"Shard {row.number} has {asked} indices, the publication {told}.")
-
-
-def _what_is_missing(publication: Publication) -> str | None:
-    """Return the gaps and redraws of a publication in words; None without any."""
-    return "; ".join(map(str, (*publication.gaps, *publication.redraws))) or None

@@ -105,6 +105,10 @@ class Publication:
     gaps: tuple[Gap, ...] = ()
     redraws: tuple[Redraw, ...] = ()
 
+    def trouble(self) -> str | None:
+        """Return the gaps and redraws in words; None without any."""
+        return "; ".join(map(str, (*self.gaps, *self.redraws))) or None
+
 
 @dataclass(frozen=True)
 class Shard:

@@ -1,7 +1,8 @@
 """Images that are the same, or nearly: by their bytes, and by a perceptual hash of 64 bits.
 
 Two hashes that differ in at most `NEAR` bits agree in one of `NEAR + 1` parts of them wholly, so
-only images that share a part are compared.
+only images that share a part are compared. Twins (images of one scene) are meant to be alike: their
+pairs are counted apart.
 """
 
 from collections.abc import Sequence
@@ -29,7 +30,8 @@ class AlikePair(StrictModel):
 class Alike(StrictModel):
     """How many images have the bytes of an earlier one, and which pairs look nearly the same.
 
-    Of both the first SHOWN pairs are named.
+    Of both the first SHOWN pairs are named. twins: nearly identical pairs of images of one scene,
+    which are left out of all the others.
     """
 
     images: int
@@ -37,20 +39,30 @@ class Alike(StrictModel):
     identical_pairs: tuple[tuple[int, int], ...]
     near: int
     near_pairs: tuple[AlikePair, ...]
+    twins: int = 0
 
 
-def alike(indices: Sequence[int], hashes: Sequence[int], digests: Sequence[bytes]) -> Alike:
-    """Compare images: their indices, hashes of 64 bits and SHA-256, one each."""
+def alike(
+    indices: Sequence[int],
+    hashes: Sequence[int],
+    digests: Sequence[bytes],
+    scenes: Sequence[int | None],
+) -> Alike:
+    """Compare images: their indices, hashes of 64 bits and SHA-256, one each.
+
+    scenes: which one an image shows as one of twins; None if it has none.
+    """
     first: dict[bytes, int] = {}
     same = []
-    for index, digest in zip(indices, digests, strict=True):
-        if digest in first:
-            same.append((first[digest], index))
-        else:
-            first[digest] = index
+    for place, digest in enumerate(digests):
+        earlier = first.setdefault(digest, place)
+        if earlier != place and not _are_twins(scenes, earlier, place):
+            same.append((indices[earlier], indices[place]))
     near = near_pairs(np.array(hashes, np.uint64))
     pairs = sorted(
-        (bits, *sorted((int(indices[a]), int(indices[b])))) for (a, b), bits in near.items()
+        (bits, *sorted((int(indices[a]), int(indices[b]))))
+        for (a, b), bits in near.items()
+        if not _are_twins(scenes, a, b)
     )
     return Alike(
         images=len(indices),
@@ -58,7 +70,12 @@ def alike(indices: Sequence[int], hashes: Sequence[int], digests: Sequence[bytes
         identical_pairs=tuple(same[:SHOWN]),
         near=len(pairs),
         near_pairs=tuple(AlikePair(first=a, second=b, bits=bits) for bits, a, b in pairs[:SHOWN]),
+        twins=len(near) - len(pairs),
     )
+
+
+def _are_twins(scenes: Sequence[int | None], a: int, b: int) -> bool:
+    return scenes[a] is not None and scenes[a] == scenes[b]
 
 
 def near_pairs(hashes: npt.NDArray[np.uint64]) -> dict[tuple[int, int], int]:

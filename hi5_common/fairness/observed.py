@@ -39,12 +39,16 @@ MEANING = {
 }
 
 
+NO_TWINS = -1
+
+
 class Observed:
     """What delivered images are. Grows shard by shard; a hundred bytes an image."""
 
     def __init__(self, spec: DatasetSpec) -> None:
         self.spec = spec
         self.indices = array("q")
+        self._twin_groups = array("q")
         self._values = {name: list(spec.values_of(name)) for name in Attribute}
         self._numbers = {
             name: {value: number for number, value in enumerate(values)}
@@ -59,7 +63,9 @@ class Observed:
 
     def add(self, label: ImageLabel, look: Look | None) -> None:
         """Add one image. A value that nobody asked for is kept as one more."""
-        self.put(label.index, label.attributes, measures_of(label), look)
+        self.put(
+            label.index, label.attributes, measures_of(label), look, twin_group=label.twin_group
+        )
 
     def put(
         self,
@@ -67,9 +73,12 @@ class Observed:
         attributes: Mapping[Attribute, str],
         measures: Mapping[Measure, float],
         look: Look | None = None,
+        *,
+        twin_group: int | None = None,
     ) -> None:
         """Add one image whose label was read in part: its values and every nuisance factor."""
         self.indices.append(index)
+        self._twin_groups.append(NO_TWINS if twin_group is None else twin_group)
         for name, value in attributes.items():
             numbers = self._numbers[name]
             if value not in numbers:
@@ -88,6 +97,10 @@ class Observed:
     def codes(self, attribute: Attribute) -> I8:
         """Return which of `values` each image has, (n,)."""
         return np.array(self._codes[attribute], np.int64)
+
+    def twin_groups(self) -> list[int | None]:
+        """Return which twins each image is one of; None for an image without."""
+        return [None if group == NO_TWINS else group for group in self._twin_groups]
 
     def measure(self, measure: Measure) -> F8:
         """Return a nuisance factor, (n,); NaN where a label does not say."""

@@ -95,5 +95,8 @@ def _binned(observed: Observed, measure: Measure) -> Column:
 def _alike(observed: Observed) -> Alike:
     looks = observed.looks
     return alike(
-        list(observed.indices), [look.hash64 for look in looks], [look.sha256 for look in looks]
+        list(observed.indices),
+        [look.hash64 for look in looks],
+        [look.sha256 for look in looks],
+        observed.twin_groups(),
     )

@@ -9,6 +9,7 @@ from hi5_common.fairness.observed import Observed, measured
 
 COLUMNS = (
     "index",
+    "twin_group",
     *(attribute.value for attribute in Attribute),
     "keypoints_visibility",
     "mask.area_px",
@@ -34,6 +35,7 @@ def observe_table(observed: Observed, content: bytes, name: str) -> None:
                 _area_px(row),
                 row["in_frame_share"],
             ),
+            twin_group=row["twin_group"],
         )
 
 

@@ -187,8 +187,14 @@ def _alike(alike: Alike | None) -> Iterator[Statement]:
         named = ", ".join(f"{pair.first} and {pair.second}" for pair in alike.near_pairs[:NAMED])
         yield _say(Verdict.NOTE, f"{alike.near} pairs of images look nearly the same: {named}.")
     if not alike.identical and not alike.near:
+        no_two = "no two but twins" if alike.twins else "no two"
         yield _say(
-            Verdict.FAIR, f"Of {alike.images:,} pictures no two are the same or nearly the same."
+            Verdict.FAIR, f"Of {alike.images:,} pictures {no_two} are the same or nearly the same."
+        )
+    if alike.twins:
+        yield _say(
+            Verdict.NOTE,
+            f"Twins left out: {alike.twins:,} pairs of twins look nearly the same, as twins may.",
         )
 
 

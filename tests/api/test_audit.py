@@ -128,6 +128,20 @@ def test_gaps_and_failed_shards_are_missing_and_not_to_come(world: World) -> Non
     assert texts(found)[0].startswith("unfair: 5 of 12 images are not delivered")
 
 
+def test_what_is_given_up_or_tried_again_is_audited_anew(world: World) -> None:
+    dataset_id = world.submit(count=8)
+    world.deliver()
+    assert audit(world, dataset_id).to_come == 4
+    world.fail("broken")
+    assert texts(audit(world, dataset_id))[0].startswith("unfair: 4 of 8 images are not delivered")
+    world.client.post(f"/v1/datasets/{dataset_id}/retry").raise_for_status()
+    assert audit(world, dataset_id).to_come == 4
+    world.client.post(f"/v1/datasets/{dataset_id}/cancel").raise_for_status()
+    cancelled = audit(world, dataset_id)
+    assert cancelled.to_come == 0
+    assert texts(cancelled)[0].startswith("unfair: 4 of 8 images are not delivered")
+
+
 def test_nothing_delivered_is_said_so(world: World) -> None:
     dataset_id = world.submit()
     assert audit(world, dataset_id).delivered == 0

@@ -6,7 +6,7 @@ from uuid import UUID
 from hi5_common.db import datasets
 from hi5_common.domain.records import TO_COME, Dataset, ShardStatus
 from hi5_common.fairness.report import Fairness
-from services.api.audit.audits import Delivered
+from services.api.audit.audits import Settled
 from services.api.parts import Parts
 
 
@@ -39,7 +39,11 @@ def audited(parts: Parts, dataset_id: UUID, max_images: int) -> Audited:
     if dataset.images_done > max_images:
         return Audited(dataset, max_images, None)
     shards = dataset.shards_by_status
-    delivered = Delivered(shards.get(ShardStatus.DONE, 0), dataset.images_done)
+    settled = Settled(
+        shards.get(ShardStatus.DONE, 0),
+        dataset.images_done,
+        shards.get(ShardStatus.FAILED, 0) + shards.get(ShardStatus.CANCELLED, 0),
+    )
     grows = any(shards.get(status) for status in TO_COME)
-    report = parts.audits.of(dataset_id, delivered, or_earlier=grows)
+    report = parts.audits.of(dataset_id, settled, or_earlier=grows)
     return Audited(dataset, max_images, report)

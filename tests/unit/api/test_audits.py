@@ -11,11 +11,12 @@ from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import parse_spec
 from hi5_common.fairness.observed import Observed
 from hi5_common.fairness.report import Fairness, fairness
-from services.api.audit.audits import KEPT, MOST_WAITING, Audits, Delivered, Stopped
+from services.api.audit.audits import ABANDONED_S, KEPT, MOST_WAITING, Audits, Settled, Stopped
 
 SPEC = parse_spec({"count": 4, "images_per_shard": 4, "image": {"width": 64, "height": 48}})
 EMPTY = fairness(Observed(SPEC), Plan.of(SPEC))
-SOME, MORE = Delivered(1, 2), Delivered(2, 4)
+SOME, MORE = Settled(1, 2), Settled(2, 4)
+FAILED = Settled(1, 2, given_up=1)
 
 
 class Maker:
@@ -41,9 +42,23 @@ def maker() -> Maker:
     return Maker()
 
 
+class Clock:
+    """Seconds that pass when they are told to."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
 @pytest.fixture
-def audits(maker: Maker) -> Iterator[Audits]:
-    found = Audits(maker)
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def audits(maker: Maker, clock: Clock) -> Iterator[Audits]:
+    found = Audits(maker, clock)
     yield found
     found.close()
 
@@ -109,6 +124,7 @@ def test_only_the_last_few_are_kept(audits: Audits, maker: Maker) -> None:
     for number in range(KEPT + 1):
         audits.of(UUID(int=number), SOME)
         idle(audits)
+        assert audits.of(UUID(int=number), SOME) is EMPTY
     assert audits.of(UUID(int=KEPT), SOME) is EMPTY
     assert audits.of(UUID(int=1), SOME) is EMPTY
     assert audits.of(UUID(int=0), SOME) is None
@@ -120,9 +136,57 @@ def test_only_so_many_wait_and_the_others_are_not_begun(audits: Audits, maker: M
     maker.let.set()
     idle(audits)
     assert maker.made == list(range(MOST_WAITING))
+    assert audits.of(UUID(int=0), SOME) is EMPTY
     assert audits.of(UUID(int=MOST_WAITING), SOME) is None
     idle(audits)
     assert maker.made[-1] == MOST_WAITING
+
+
+def test_all_who_ask_in_turn_get_theirs(audits: Audits, maker: Maker) -> None:
+    maker.let.set()
+    waiting = list(range(2 * MOST_WAITING + KEPT))
+    for _ in range(4):
+        waiting = [number for number in waiting if audits.of(UUID(int=number), SOME) is None]
+        idle(audits)
+    assert waiting == []
+    assert len(maker.made) == 2 * MOST_WAITING + KEPT
+
+
+def test_who_does_not_come_back_keeps_nobody_waiting(
+    audits: Audits, maker: Maker, clock: Clock
+) -> None:
+    maker.let.set()
+    for number in range(MOST_WAITING):
+        audits.of(UUID(int=number), SOME)
+    idle(audits)
+    last = UUID(int=MOST_WAITING)
+    assert audits.of(last, SOME) is None
+    idle(audits)
+    assert audits.of(last, SOME) is None
+    clock.now = ABANDONED_S
+    assert audits.of(last, SOME) is None
+    idle(audits)
+    assert audits.of(last, SOME) is EMPTY
+    assert len(audits._kept) == KEPT
+
+
+def test_an_audit_ends_with_a_cancel_or_a_retry(audits: Audits, maker: Maker) -> None:
+    maker.let.set()
+    for settled in (SOME, FAILED, SOME):
+        assert audits.of(UUID(int=1), settled) is None
+        idle(audits)
+        assert audits.of(UUID(int=1), settled) is EMPTY
+    assert maker.made == [1, 1, 1]
+
+
+def test_before_a_retry_is_no_earlier_that_will_do(audits: Audits, maker: Maker) -> None:
+    maker.let.set()
+    audits.of(UUID(int=1), FAILED)
+    idle(audits)
+    assert audits.of(UUID(int=1), FAILED) is EMPTY
+    assert audits.of(UUID(int=1), SOME, or_earlier=True) is None
+    idle(audits)
+    assert audits.of(UUID(int=1), FAILED, or_earlier=True) is EMPTY
 
 
 def test_closing_ends_what_is_being_made(maker: Maker) -> None:

@@ -111,12 +111,24 @@ def test_near_hashes_are_found_as_by_comparing_all(hashes: list[int], seed: int)
 
 
 def test_same_bytes_are_named_by_the_first_that_has_them() -> None:
-    found = alike([10, 11, 12, 13], [1, 2**40 - 1, 1, 2**63], [b"x", b"y", b"x", b"x"])
+    found = alike([10, 11, 12, 13], [1, 2**40 - 1, 1, 2**63], [b"x", b"y", b"x", b"x"], [None] * 4)
     assert (found.identical, found.identical_pairs) == (2, ((10, 12), (10, 13)))
     assert [(pair.first, pair.second, pair.bits) for pair in found.near_pairs] == [
         (10, 12, 0),
         (10, 13, 2),
         (12, 13, 2),
+    ]
+
+
+def test_twins_are_left_out_and_counted_apart() -> None:
+    digests = [b"x", b"x", b"z", b"x", b"w"]
+    found = alike(range(10, 15), [1, 1, 3, 1, 2**40 - 1], digests, [0, 0, 0, 1, 1])
+    assert found.twins == 3  # 10, 11 and 12 with each other
+    assert (found.identical, found.identical_pairs) == (1, ((10, 13),))
+    assert [(pair.first, pair.second) for pair in found.near_pairs] == [
+        (10, 13),
+        (11, 13),
+        (12, 13),
     ]
 
 

@@ -151,6 +151,24 @@ def test_without_pixels_nothing_is_claimed_of_them() -> None:
     assert any("not looked at" in text for text in said(found, Verdict.NOTE))
 
 
+def test_twins_that_look_the_same_are_no_copies() -> None:
+    plan = Plan.of(parse_spec(SPEC | {"twins": ["skin_tone"]}))
+    each = plan.spec.images_per_scene
+    observed, rng = Observed(plan.spec), np.random.default_rng(1)
+    for index, cell in enumerate(plan.cells(0, 2 * each)):
+        label = made(index, cell.as_dict(), rng).model_copy(update={"twin_group": index // each})
+        hash64 = (0, 2**63 - 1)[index // each]
+        observed.add(label, Look(50.0, 20.0, hash64, index.to_bytes(32)))
+    found = fairness(observed, plan)
+    assert found.alike is not None
+    assert (found.alike.near, found.alike.identical) == (0, 0)
+    pairs = each * (each - 1)
+    assert found.alike.twins == pairs
+    assert any(f"Twins left out: {pairs} pairs" in text for text in said(found, Verdict.NOTE))
+    assert f"Twins left out: {pairs} pairs." in html(found, "twins", COMMAND)
+    assert any("no two but twins are the same" in text for text in said(found, Verdict.FAIR))
+
+
 def test_a_report_reads_back_as_it_was_written() -> None:
     found = report()
     assert Fairness.model_validate_json(found.model_dump_json()) == found

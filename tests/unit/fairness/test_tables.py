@@ -24,7 +24,7 @@ def labels() -> list[ImageLabel]:
         factories.label(0, scene=scene, keypoints=hidden),
         factories.label(1, keypoints=None, hand_mask=None, attributes=factories.ATTRIBUTES | odd),
         factories.label(2, mask=None, hand_mask=None, in_frame_share=0.5),
-        factories.label(3, mask=None, scene=scene),
+        factories.label(3, mask=None, scene=scene, twin_group=0),
     ]
 
 
@@ -35,6 +35,7 @@ def test_columns_are_those_of_whole_labels(tmp_path: Path) -> None:
         whole.add(label, None)
     observe_table(part, (tmp_path / "labels.parquet").read_bytes(), "labels")
     assert part.indices == whole.indices
+    assert part.twin_groups() == whole.twin_groups() == [None, None, None, 0]
     for name in Attribute:
         assert part.values(name) == whole.values(name)
         np.testing.assert_array_equal(part.codes(name), whole.codes(name))
