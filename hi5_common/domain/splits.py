@@ -3,6 +3,7 @@
 Every split is planned on its own, as a dataset of its own, and their images are interleaved.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from functools import lru_cache
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from hi5_common.domain.spec import DatasetSpec
 
 MAX_SPLITS = 10
+NAME = re.compile(r"[a-z0-9_-]{1,32}")
 
 
 class SplitBy(StrEnum):
@@ -204,6 +206,14 @@ def parts(spec: "DatasetSpec") -> dict[str, "DatasetSpec"]:
     }
 
 
+def image_counts(spec: "DatasetSpec") -> dict[str, int]:
+    """Return the number of images of each split; nothing if the dataset is not split."""
+    if spec.splits is None:
+        return {}
+    scenes = twins.scenes_of(spec) if spec.twins else spec
+    return {name: spec.images_per_scene * part.count for name, part in parts(scenes).items()}
+
+
 def wanted(spec: "DatasetSpec", attribute: Attribute) -> dict[str, int]:
     """Return the images of each value; where shares are equal the seed says who has one more."""
     counts = spec.counts_of(attribute)
@@ -327,8 +337,4 @@ def _splits(spec: "DatasetSpec") -> Splits:
 
 
 def _is_name(name: object) -> bool:
-    return (
-        isinstance(name, str)
-        and 1 <= len(name) <= 32
-        and set(name) <= set("abcdefghijklmnopqrstuvwxyz0123456789_-")
-    )
+    return isinstance(name, str) and NAME.fullmatch(name) is not None

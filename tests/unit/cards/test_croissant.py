@@ -81,7 +81,7 @@ def test_it_conforms_to_croissant_and_to_its_responsible_ai_vocabulary() -> None
     ]
     assert {key.removeprefix("rai:") for key in found if key.startswith("rai:")} == set(RAI)
     read = metadata(found)
-    assert "dark skin is exposed longer" in " ".join(read.data_biases)
+    assert "two tones in different light may look alike" in " ".join(read.data_biases)
     assert read.annotations_per_item.startswith("1, computed")
     assert "no personal data" in " ".join(read.personal_sensitive_information)
     assert read.version == "1.0.0"
@@ -113,6 +113,14 @@ def test_no_column_of_the_table_is_forgotten_and_arrays_have_their_true_shape() 
             shape.append(kind.list_size)
             kind = kind.value_type
         assert (column.shape or ()) == tuple(shape), column.name
+
+
+def test_the_labels_say_which_split_and_which_twins_an_image_is_of() -> None:
+    found = document({"twins": ["gender"]})
+    (labels,) = (one for one in found["recordSet"] if one["name"] == "labels")
+    types = {field["name"]: field["dataType"] for field in labels["field"]}
+    assert (types["split"], types["twin_group"]) == ("sc:Text", "cr:Int64")
+    metadata(found)
 
 
 def test_a_dataset_that_grows_is_live_and_before_its_first_version() -> None:
