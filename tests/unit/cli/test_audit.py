@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -143,7 +144,7 @@ def test_damage_is_found(damage: Callable[[PublishedDataset], None], fault: Faul
     }
 
 
-GROUPED = {
+GROUPED: dict[str, Any] = {
     "twins": ["gender"],
     "splits": {"by": "identity", "images": {"test": 2, "train": 4}},
 }
