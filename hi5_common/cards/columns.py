@@ -43,6 +43,12 @@ def _mask(name: str, of: str) -> tuple[Column, ...]:
 
 COLUMNS: tuple[Column, ...] = (
     Column("index", WHOLE, "Number of the image in the dataset."),
+    Column("split", TEXT, "The split that the image belongs to; null if there are none."),
+    Column(
+        "twin_group",
+        WHOLE,
+        "Number of the scene that the image shows, as its twins do; null if there are none.",
+    ),
     Column("file_name", TEXT, "File name of the picture."),
     Column("width_px", WHOLE, "Width of the picture."),
     Column("height_px", WHOLE, "Height of the picture."),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from hi5_common.cards import words
+from hi5_common.cards import grouping, words
 from hi5_common.cards.citation import PAPER, bibtex, keeper
 from hi5_common.cards.facts import AttributeCounts, CardFacts
 from hi5_common.domain.assets import ENVIRONMENT
@@ -62,6 +62,7 @@ def datasheet(facts: CardFacts) -> str:
         keeper=keeper(facts),
         paper=PAPER,
         words=words,
+        grouping=grouping,
         in_words=in_words,
     )
 

@@ -32,13 +32,8 @@ class Licence:
         return self.commercial is not None
 
     @property
-    def allows_trade(self) -> bool:
-        """Whether pictures with this work in them may be published and used commercially."""
-        return self.commercial is True and self.adaptations is True
-
-    @property
     def forbids_trade(self) -> bool:
-        """Whether it is known that they may not."""
+        """Whether it is known that pictures with this work in them may not be used commercially."""
         return self.commercial is False or self.adaptations is False
 
 

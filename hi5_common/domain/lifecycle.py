@@ -49,8 +49,6 @@ RETRY is a failed attempt with tries left, FAIL the last one; EXPIRE is a lease 
 tries left (without, it is FAIL); RELEASE is a worker that drains; REVIVE is a user's retry.
 """
 
-TERMINAL = frozenset({_D, _F, _C})
-
 
 def sources(transition: Transition) -> frozenset[ShardStatus]:
     """Return the states from which a transition may start."""

@@ -13,7 +13,7 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
-from hi5_common.domain import splits, twins
+from hi5_common.domain import splits
 from hi5_common.domain.ordering import numbered, value_counts
 from hi5_common.domain.planning.joined import Interleaved, Renumbered, Twinned
 from hi5_common.domain.planning.order import Order
@@ -176,11 +176,7 @@ class Plan:
 
     def split_counts(self) -> dict[str, int]:
         """Return the number of images of each split; nothing if the dataset is not split."""
-        if self.spec.splits is None:
-            return {}
-        scenes = twins.scenes_of(self.spec)
-        each = self.spec.images_per_scene
-        return {name: each * part.count for name, part in splits.parts(scenes).items()}
+        return splits.image_counts(self.spec)
 
     def render_order(self, start: int, stop: int) -> tuple[int, ...]:
         """Return images start..stop-1 in the order that loads least: one place after another, in

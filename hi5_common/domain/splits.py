@@ -3,6 +3,7 @@
 Every split is planned on its own, as a dataset of its own, and their images are interleaved.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from functools import lru_cache
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 MAX_SPLITS = 10
 _A_WEIGHT = (int | float, 1e-9, "number from 1e-9")
+NAME = re.compile(r"[a-z0-9_-]{1,32}")
 
 
 class SplitBy(StrEnum):
@@ -216,6 +218,14 @@ def parts(spec: "DatasetSpec") -> dict[str, "DatasetSpec"]:
     }
 
 
+def image_counts(spec: "DatasetSpec") -> dict[str, int]:
+    """Return the number of images of each split; nothing if the dataset is not split."""
+    if spec.splits is None:
+        return {}
+    scenes = twins.scenes_of(spec)
+    return {name: spec.images_per_scene * part.count for name, part in parts(scenes).items()}
+
+
 def wanted(spec: "DatasetSpec", attribute: Attribute) -> dict[str, int]:
     """Return the images of each value; where shares are equal the seed says who has one more."""
     counts = spec.counts_of(attribute)
@@ -356,8 +366,4 @@ def _splits(spec: "DatasetSpec") -> Splits:
 
 
 def _is_name(name: object) -> bool:
-    return (
-        isinstance(name, str)
-        and 1 <= len(name) <= 32
-        and set(name) <= set("abcdefghijklmnopqrstuvwxyz0123456789_-")
-    )
+    return isinstance(name, str) and NAME.fullmatch(name) is not None

@@ -73,7 +73,9 @@ def canonical_value(attribute: Attribute, raw: str | float) -> str:
 
 
 def in_words(attribute: Attribute, value: str) -> str:
-    """Return a value as people write it: rocker front, ITA -40."""
+    """Return a value as people write it: rocker front, ITA -40. Environments keep their ids."""
+    if attribute is Attribute.ENVIRONMENT:
+        return value
     if attribute is Attribute.SKIN_TONE and value not in VALUES[attribute]:
         return f"ITA {value}"
     return value.replace("_", " ")

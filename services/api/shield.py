@@ -1,5 +1,6 @@
 """The outermost layer: who may ask, what browsers may do with answers, and no error unanswered."""
 
+import re
 from collections.abc import Sequence
 
 from starlette.datastructures import MutableHeaders
@@ -22,6 +23,9 @@ HEADERS = {
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
+
+_HOST = re.compile(r"(?:\[(?P<address>[0-9A-Fa-f:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(?::[0-9]{1,5})?")
+"""A header may be no more than this: read as part of a URL it could hide a name behind a path."""
 
 
 class Shield:
@@ -50,13 +54,13 @@ class Shield:
         request = Request(scope)
         try:
             if refusal := self._refusal(request):
-                await problem_response(refusal, request.url.path)(scope, receive, send_shielded)
+                await problem_response(refusal, scope["path"])(scope, receive, send_shielded)
             else:
                 await self.app(scope, receive, send_shielded)
         except Exception as error:
             if started:
                 raise  # too late to answer: the server must break the connection
-            response = problem_response(internal_error(error), request.url.path)
+            response = problem_response(internal_error(error), scope["path"])
             await response(scope, receive, send_shielded)
 
     def _refusal(self, request: Request) -> ApiError | None:
@@ -65,12 +69,16 @@ class Shield:
         )
 
     def _foreign_host(self, request: Request) -> ApiError | None:
-        host = (request.url.hostname or "").lower()
+        sent = request.headers.get("host", "")
+        plain = _HOST.fullmatch(sent)
+        if plain is None:
+            remedy = "Send a host name or an address, with a port or without, such as localhost."
+            return ApiError(400, "host", "No host name", [Problem("Host", sent, remedy)])
+        host = (plain["address"] or plain["name"]).lower()
         if ANY_HOST in self.allowed_hosts or host in self.allowed_hosts:
             return None
         remedy = "Add the name to HI5_API_ALLOWED_HOSTS, a JSON list, or use localhost."
-        problem = Problem("Host", request.headers.get("host", ""), remedy)
-        return ApiError(400, "host", "Unknown host name", [problem])
+        return ApiError(400, "host", "Unknown host name", [Problem("Host", sent, remedy)])
 
     def _foreign_page(self, request: Request) -> ApiError | None:
         site = request.headers.get("sec-fetch-site", "none")

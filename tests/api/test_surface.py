@@ -132,12 +132,41 @@ def test_this_machine_has_these_names(shared_world: World, host: str) -> None:
     assert shared_world.client.get("/healthz", headers={"Host": host}).status_code == 200
 
 
+STRANGE_HOSTS = (
+    *("localhost/x](", 'localhost"b<script>', "localhost/x", "localhost:8000/x", "localhost?x"),
+    *(
+        "evil@localhost",
+        "localhost:80:80",
+        "localhost:x",
+        "[::1",
+        "::1",
+        "[localhost]",
+        "local host",
+    ),
+)
+
+
+@pytest.mark.parametrize("host", STRANGE_HOSTS)
+def test_what_is_more_than_a_host_is_refused(shared_world: World, host: str) -> None:
+    answer = shared_world.client.get("/healthz", headers={"Host": host})
+    assert answer.status_code == 400
+    assert answer.json()["problems"][0]["field"] == "Host"
+    assert answer.json()["instance"] == "/healthz"
+
+
 def test_any_host_can_be_allowed(tmp_path: Path) -> None:
     settings = Settings(data_dir=tmp_path)
     database = open_database(settings.resolved_database_url)
     parts = Parts.of(settings, database, LocalFolder(tmp_path / "store"), MemoryDoorbell())
     with serving(assemble(parts, ApiSettings(allowed_hosts=("*",)))) as url:
-        assert httpx.get(f"{url}/healthz", headers={"Host": "gpu.lab"}).status_code == 200
+        for host, status in (
+            ("gpu.lab", 200),
+            ("gpu_1.lab:8000", 200),
+            ("evil.com/x](", 400),
+            ('a"b<script>', 400),
+        ):
+            answer = httpx.get(f"{url}/healthz", headers={"Host": host})
+            assert answer.status_code == status, host
 
 
 def test_the_healthcheck_follows_readiness(

@@ -1,5 +1,6 @@
 """`hi5 export`: other formats from what was downloaded."""
 
+import itertools
 import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -45,9 +46,19 @@ def coco(
     data_dir: DataDirOption = None,
 ) -> None:
     """Write COCO keypoints JSON: boxes, 21 points, masks, attributes."""
-    out.parent.mkdir(parents=True, exist_ok=True)
+    if out.is_dir():
+        remedy = f"That is a folder: name the file to write, such as {out / 'coco.json'}."
+        raise InvalidInput([Problem("--out", str(out), remedy)])
+
+    def write(labels: Iterable[ImageLabel], spec: DatasetSpec) -> int:
+        chosen = _chosen(labels, split, source)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        return write_coco(out, chosen, spec, image_dir_name=images, occluded=occluded)
+
     if Path(source).is_dir():
-        count = _from_folder(Path(source), out, images, occluded, split)
+        spec = _spec_of_folder(Path(source))
+        _check_split(spec, split)
+        count = write(read_label_table(Path(source) / downloads.LABELS), spec)
     else:
         with (
             open_source(dataset_id(source), url, data_dir, direct=direct) as dataset,
@@ -57,8 +68,7 @@ def coco(
             _check_split(spec, split)
             shards = downloads.published(dataset)
             downloads.fetch_shards(dataset, shards, Path(scratch))
-            labels = _of_split(downloads.labels_of(shards, Path(scratch)), split)
-            count = write_coco(out, labels, spec, image_dir_name=images, occluded=occluded)
+            count = write(downloads.labels_of(shards, Path(scratch)), spec)
     console.err.print(f"{count:,} images in {out}")
 
 
@@ -69,19 +79,23 @@ def _check_split(spec: DatasetSpec, split: str | None) -> None:
         raise InvalidInput([Problem("--split", split, known)])
 
 
-def _of_split(labels: Iterable[ImageLabel], split: str | None) -> Iterator[ImageLabel]:
-    return (label for label in labels if split is None or label.split == split)
+def _chosen(labels: Iterable[ImageLabel], split: str | None, source: str) -> Iterator[ImageLabel]:
+    """Return the labels of a split, or all; at the call raise InvalidInput if there are none."""
+    chosen = (label for label in labels if split is None or label.split == split)
+    first = next(chosen, None)
+    if first is not None:
+        return itertools.chain([first], chosen)
+    if split is None:
+        remedy = "It has no image yet: export it when some are delivered."
+        raise InvalidInput([Problem("--from", source, remedy)])
+    remedy = "No label says that it is of this split: leave --split out, or download again."
+    raise InvalidInput([Problem("--split", split, remedy)])
 
 
-def _from_folder(
-    folder: Path, out: Path, images: str, occluded: OccludedPoints, split: str | None
-) -> int:
+def _spec_of_folder(folder: Path) -> DatasetSpec:
     table, spec_file = folder / downloads.LABELS, folder / downloads.SPEC
     for file in (table, spec_file):
         if not file.is_file():
             remedy = f"The folder has no {file.name}: name one that hi5 download or render wrote."
             raise InvalidInput([Problem("--from", str(folder), remedy)])
-    spec = load_spec(spec_file)
-    _check_split(spec, split)
-    labels = _of_split(read_label_table(table), split)
-    return write_coco(out, labels, spec, image_dir_name=images, occluded=occluded)
+    return load_spec(spec_file)

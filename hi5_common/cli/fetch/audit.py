@@ -18,7 +18,7 @@ from hi5_common.cli.fetch.source import DatasetSource, ObjectGone, TransferBroke
 from hi5_common.domain import tallies
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.manifest import ManifestObject, ManifestShard
-from hi5_common.domain.plan import Plan
+from hi5_common.domain.plan import Cell, Plan
 from hi5_common.domain.records import TO_COME, Gap, Redraw, ShardStatus
 from hi5_common.domain.spec import DatasetSpec, ImageFormat
 from hi5_common.export.label_table import NotALabelTable, read_label_table
@@ -206,7 +206,7 @@ def _member_findings(shard: ManifestShard, files: ShardFiles) -> Iterator[Findin
 def _label_findings(
     plan: Plan, shard: ManifestShard, labels: Sequence[ImageLabel]
 ) -> Iterator[Finding]:
-    """Check that the table has each index once with the attributes that the plan gives it."""
+    """Check that the table has each index once, and that it is what the plan says."""
     counts = Counter(label.index for label in labels)
     for index in shard.images():
         if counts[index] != 1:
@@ -220,10 +220,24 @@ def _label_findings(
         cell = cells.get(label.index)
         if cell is None or label.index not in known:
             yield Finding(Fault.UNEXPECTED, shard.number, f"label {label.index}", "not planned")
-        elif label.attributes != cell.as_dict():
+        elif wrong := _not_as_planned(plan, cell, label):
             yield Finding(
-                Fault.WRONG_LABEL, shard.number, f"label {label.index}", "attributes not as planned"
+                Fault.WRONG_LABEL,
+                shard.number,
+                f"label {label.index}",
+                f"{', '.join(wrong)} not as planned",
             )
+
+
+def _not_as_planned(plan: Plan, cell: Cell, label: ImageLabel) -> list[str]:
+    """Name what a label says that the plan does not."""
+    size = plan.spec.images_per_scene
+    pairs = {
+        "attributes": (label.attributes, cell.as_dict()),
+        "split": (label.split, plan.split_of(label.index)),
+        "twin_group": (label.twin_group, label.index // size if size > 1 else None),
+    }
+    return [name for name, (found, planned) in pairs.items() if found != planned]
 
 
 def _json_findings(

@@ -115,6 +115,14 @@ def test_no_column_of_the_table_is_forgotten_and_arrays_have_their_true_shape() 
         assert (column.shape or ()) == tuple(shape), column.name
 
 
+def test_the_labels_say_which_split_and_which_twins_an_image_is_of() -> None:
+    found = document({"twins": ["gender"]})
+    (labels,) = (one for one in found["recordSet"] if one["name"] == "labels")
+    types = {field["name"]: field["dataType"] for field in labels["field"]}
+    assert (types["split"], types["twin_group"]) == ("sc:Text", "cr:Int64")
+    metadata(found)
+
+
 def test_a_dataset_that_grows_is_live_and_before_its_first_version() -> None:
     found = document(status=DatasetStatus.RUNNING, done=4)
     assert found["isLiveDataset"] is True

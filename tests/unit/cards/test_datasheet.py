@@ -12,6 +12,7 @@ from hi5_common.domain.environments import (
     EnvironmentKind,
     EnvironmentOrigin,
 )
+from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import DatasetStatus, Gap, Redraw
 from hi5_common.domain.spec import parse_spec
 from tests.unit.cards.facts import made
@@ -27,6 +28,10 @@ SPEC = {
         "skin_tone": ["tan", "dark"],
     },
 }
+
+
+FEW = {"attributes": {"pose": ["fist"], "environment": ["city"], "skin_tone": ["tan"]}}
+"""A dataset of so few values grows by few images."""
 
 
 def cells(text: str) -> list[list[str]]:
@@ -105,6 +110,74 @@ def test_attributes_of_many_values_are_a_sentence_with_every_count() -> None:
     assert all(len(choice.values) <= MOST_ROWS for choice in facts.choices[:2])
 
 
+def test_environments_keep_their_ids() -> None:
+    rooms = ["user:a_b", "user:c_d", "night_sea"]
+    few = {"count": 8, "attributes": {"environment": rooms[:2]}}
+    assert {row[1] for row in cells(datasheet(made(few)))} >= {"user:a\\_b", "user:c\\_d"}
+    many = [*rooms[:2], *(f"user:r_{number}" for number in range(MOST_ROWS))]
+    text = datasheet(made({"count": 28, "attributes": {"environment": many}}))
+    assert "user:a_b 2, user:c_d 2, user:r_0 2" in text
+
+
+def test_a_dataset_without_splits_or_twins_says_how_to_cut() -> None:
+    text = datasheet(made(SPEC))
+    assert "Any number of first images holds every value's share within a few images." in text
+    assert "**Splits.** None is given. A cut at any index leaves every value its share" in text
+    assert "No two images share a person" in text
+    assert "**Twins.**" not in text
+    assert "**Extends.**" not in text
+
+
+@pytest.mark.parametrize(
+    ("by", "images", "sizes", "apart"),
+    [
+        ("environment", {"train": 18, "test": 6}, "test 6 and train 18", "No place is in two"),
+        ("pose", {"weights": {"a": 1, "b": 1}}, "a 12 and b 12", "No pose is in two splits"),
+        ("identity", {"a": 6, "b": 6, "c": 12}, "a 6, b 6 and c 12", "No person is in two"),
+    ],
+)
+def test_splits_are_told_with_what_they_are_by_and_how_large(
+    by: str, images: dict[str, object], sizes: str, apart: str
+) -> None:
+    facts = made({"count": 24, "splits": {"by": by, "images": images}})
+    text = datasheet(facts)
+    assert f"**Splits.** By {by}: {sizes} images as planned (column `split`). {apart}" in text
+    counts = Plan.of(facts.spec).split_counts()
+    assert all(f"{name} {count}" in sizes for name, count in counts.items())
+    assert "None is given" not in text
+    assert "A cut at" not in text
+
+
+def test_twins_share_a_scene_and_a_person() -> None:
+    text = datasheet(made({"count": 24, "twins": ["skin_tone", "gender"]}))
+    assert "each of 2 scenes was planned 12 times, once with every gender and skin tone" in text
+    assert "The images of a `twin_group` show one scene and one person, 12 images each" in text
+    assert "A cut at a multiple of 12 leaves" in text
+    assert "A cut anywhere else parts twins." in text
+    assert "within a few scenes of twins" in text
+    assert "at any index" not in text
+    assert "No two images" not in text
+    split = {"by": "identity", "images": {"a": 12, "b": 12}}
+    both = datasheet(made({"count": 24, "twins": ["gender"], "splits": split}))
+    assert "a 12 and b 12 images" in both
+    assert "Twins are in the same split." in both
+
+
+def test_what_is_extended_is_named_and_its_images_counted() -> None:
+    base = {"name": "first", "count": 8, "attributes": {"gender": ["male"]}}
+    text = datasheet(made({"name": "more", "count": 20, "extends": base}))
+    assert "**Extends.** This dataset extends a smaller one (`first`): its first 8 images" in text
+    assert "and 12 were added" in text
+    assert "The first 8 images have the shares of the dataset that this one extends" in text
+    assert "Any number of first images" not in text
+    assert "at any index" not in text
+    split = {"by": "identity", "images": {"weights": {"a": 1, "b": 1}}}
+    grown = {**FEW, "count": 80, "splits": split, "extends": {**FEW, "count": 40, "splits": split}}
+    text = datasheet(made(grown))
+    assert "a 40 and b 40 images" in text
+    assert "are in the split they were in" in text
+
+
 def test_the_spec_on_the_page_is_the_spec() -> None:
     text = datasheet(made(SPEC))
     (block,) = re.findall(r"```yaml\n(.+?)```", text, re.DOTALL)
@@ -170,7 +243,13 @@ def test_rights_are_answered_and_authors_named() -> None:
 
 
 def test_no_line_is_left_over_from_the_template() -> None:
-    for document in ({"count": 88}, SPEC):
+    grouped = {
+        **FEW,
+        "count": 48,
+        "twins": ["gender"],
+        "splits": {"by": "identity", "images": {"weights": {"a": 1, "b": 1}}},
+    }
+    for document in ({"count": 88}, SPEC, grouped, {**grouped, "count": 96, "extends": grouped}):
         text = datasheet(made(document))
         assert not re.search(r"\{%|%\}|\{\{ |\bNone\b(?! is given)|Undefined|\n\n\n\n", text)
         assert text.endswith("}\n```\n")

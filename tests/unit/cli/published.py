@@ -82,9 +82,10 @@ class PublishedDataset:
         return balance_of(plan.spec, plan.tallies(), tally(cells, plan.crossed), plan.count)
 
 
-def published(count: int = 5, images_per_shard: int = 2) -> PublishedDataset:
-    """Return a complete dataset with made-up images and labels as planned."""
-    spec = parse_spec({"count": count, "images_per_shard": images_per_shard, "name": "made up"})
+def published(count: int = 5, images_per_shard: int = 2, **asked: object) -> PublishedDataset:
+    """Return a complete dataset with made-up images and labels as planned; asked: of the spec."""
+    document = {"count": count, "images_per_shard": images_per_shard, "name": "made up"}
+    spec = parse_spec(document | asked)
     plan = Plan.of(spec)
     dataset = PublishedDataset(spec, [], {})
     for cut in plan.shards():
@@ -128,7 +129,13 @@ def _stored(dataset: PublishedDataset, number: int, file: PackedFile) -> Manifes
 
 def _rendered(folder: Path, plan: Plan, index: int) -> RenderedImage:
     folder.mkdir(exist_ok=True)
-    label = factories.label(index, attributes=plan.cell(index).as_dict())
+    size = plan.spec.images_per_scene
+    label = factories.label(
+        index,
+        attributes=plan.cell(index).as_dict(),
+        split=plan.split_of(index),
+        twin_group=index // size if size > 1 else None,
+    )
     image, text = b"\xff\xd8 image %d" % index, label.model_dump_json().encode()
     paths = folder / f"{index:09d}.jpg", folder / f"{index:09d}.json"
     for path, data in zip(paths, (image, text), strict=True):

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -141,6 +142,29 @@ def test_damage_is_found(damage: Callable[[PublishedDataset], None], fault: Faul
         Fault.DOUBLE,
         Fault.UNEXPECTED,
     }
+
+
+GROUPED: dict[str, Any] = {
+    "twins": ["gender"],
+    "splits": {"by": "identity", "images": {"test": 2, "train": 4}},
+}
+
+
+def test_splits_and_twins_as_planned_are_no_finding() -> None:
+    assert report_of(published(6, **GROUPED)).findings == ()
+
+
+@pytest.mark.parametrize(("left_out", "wrong"), [("splits", "split"), ("twins", "twin_group")])
+@pytest.mark.parametrize("planned", [True, False])
+def test_a_wrong_split_or_twin_group_is_found(left_out: str, wrong: str, planned: bool) -> None:
+    without = {name: value for name, value in GROUPED.items() if name != left_out}
+    labels_of, plan_of = (without, GROUPED) if planned else (GROUPED, without)
+    dataset = published(6, **labels_of)
+    dataset.made_spec = published(6, **plan_of).made_spec
+    found = report_of(dataset).findings
+    assert {finding.fault for finding in found} == {Fault.WRONG_LABEL}
+    assert len(found) == 6
+    assert all(wrong in finding.detail for finding in found)
 
 
 @pytest.mark.parametrize(
