@@ -3,9 +3,9 @@
 Chosen from docs/speed/render.md, which `hi5 bench render` measured: medians of twelve scenes,
 inside the hand, in display space, at 640 px and at the 256 px crop that a model trains on.
 
-    draft      1 sample,  OIDN balanced    33.4 dB, 35.1 dB
-    standard   2 samples, OIDN balanced    34.9 dB, 36.7 dB
-    high      16 samples, OIDN high        38.7 dB, 41.9 dB
+    draft      1 sample,  OIDN balanced    32.6 dB, 34.0 dB
+    standard   3 samples, OIDN balanced    34.9 dB, 36.5 dB
+    high      16 samples, OIDN high        37.1 dB, 40.0 dB
     reference 512 samples, no denoiser     unbiased: what the others are compared with
 
 Albedo and normals of so few samples are filtered first, as fast as it goes, before they guide the
