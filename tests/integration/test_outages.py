@@ -49,8 +49,13 @@ def test_whatever_dies_the_bytes_are_those_of_an_undisturbed_run(
     fleet.start_keeper()
     doomed, survivor = fleet.start_worker(), fleet.start_worker()
     fleet.wait_for_progress(made.id, images=2)
-    children = [render_children(each.pid, fleet.settings) for each in (doomed, survivor)]
-    assert all(children), "two workers render at once"
+    children: list[list[int]] = []
+
+    def both_render() -> bool:
+        children[:] = [render_children(each.pid, fleet.settings) for each in (doomed, survivor)]
+        return all(children)
+
+    wait_until(both_render, fleet.log)
 
     s3_server.weed.crash()
     for pid in (doomed.pid, *pool_processes(doomed.pid, fleet.settings), *children[1]):

@@ -27,6 +27,9 @@ from services.worker.label.raster import Surface
 from services.worker.label.visibility import Sight, sight_keypoints
 from services.worker.scene.types import Camera, HandScene, SceneGeometry
 
+SHARE_DECIMALS = 9
+"""Of in_frame_share: coarser than what processes disagree about in a sum of thousands of areas."""
+
 
 def label_image(
     scene: HandScene,
@@ -81,7 +84,7 @@ def in_frame_share(camera: Camera, geometry: SceneGeometry) -> float:
     area_m2 = np.linalg.norm(diagonals, axis=1) / 2.0
     pixels = to_pixels(camera.intrinsics, to_camera(camera, corners.mean(axis=1)))
     inside = in_frame(camera.intrinsics, pixels)
-    return float(area_m2[inside].sum() / area_m2.sum())
+    return round(float(area_m2[inside].sum() / area_m2.sum()), SHARE_DECIMALS)
 
 
 def _masks(surface: Surface, of_hand: npt.NDArray[np.bool_]) -> tuple[Mask, Mask]:
