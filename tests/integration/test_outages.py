@@ -27,7 +27,7 @@ from tests.support.servers import Postgres, S3Server, wait_for_bucket
 
 pytestmark = [pytest.mark.integration, pytest.mark.render, pytest.mark.slow]
 
-COUNT, SHARD = 12, 4
+COUNT, SHARD = 40, 20
 
 
 @pytest.fixture
@@ -48,13 +48,14 @@ def test_whatever_dies_the_bytes_are_those_of_an_undisturbed_run(
     made = factories.dataset(fleet.database, COUNT, SHARD, render={"quality": "draft"})
     fleet.start_keeper()
     doomed, survivor = fleet.start_worker(), fleet.start_worker()
-    fleet.wait_for_progress(made.id, images=2)
     children: list[list[int]] = []
 
     def both_render() -> bool:
         children[:] = [render_children(each.pid, fleet.settings) for each in (doomed, survivor)]
         return all(children)
 
+    wait_until(both_render, fleet.log)
+    fleet.wait_for_progress(made.id, images=2)
     wait_until(both_render, fleet.log)
 
     s3_server.weed.crash()
