@@ -36,7 +36,7 @@ def datasheet(facts: CardFacts) -> str:
     """Return the datasheet as Markdown."""
     environment = Environment(
         loader=PackageLoader("hi5_common.cards", "templates"),
-        autoescape=False,  # noqa: S701  Markdown; what users wrote goes through `line`
+        autoescape=False,  # noqa: S701  Markdown and no HTML: `line` escapes what users wrote
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -78,7 +78,8 @@ def spec_yaml(spec: DatasetSpec) -> str:
 def many_values(counts: AttributeCounts) -> str:
     """Return the counts of an attribute with many values as one paragraph."""
     named = [
-        f"{in_words(counts.attribute, item.value)} {item.delivered:,}" for item in counts.values
+        f"{line(in_words(counts.attribute, item.value))} {item.delivered:,}"
+        for item in counts.values
     ]
     numbers = [item.delivered for item in counts.values]
     low, high = min(numbers), max(numbers)

@@ -89,7 +89,7 @@ def _spelled_lists(asked: object) -> object:
     if not isinstance(asked, dict):
         return asked
     return {
-        name: [spelled(Attribute(name), v) for v in values if may_be(Attribute(name), v)]
+        name: [spelled(Attribute(name), v) if may_be(Attribute(name), v) else v for v in values]
         if name in set(Attribute) and isinstance(values, list)
         else values
         for name, values in asked.items()

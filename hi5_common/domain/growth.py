@@ -15,6 +15,15 @@ UNCHANGED = ("seed", "image", "render", "labels", "twins", "commercial_safe", "d
 """Fields that an image depends on beside its cell: what is there must stay as it is."""
 
 
+_CONDITIONS = {
+    "combinations": "demanded combinations",
+    "conditional": "conditional shares",
+    "coverage": "coverage that was asked for",
+}
+_KEEP = "images that are there already depend on it. Keep it, or leave out extends."
+_TWINS = "Twins differ in it, and the scenes that are there have fewer or others."
+
+
 def problems(spec: "DatasetSpec") -> list[Problem]:
     """List why a spec cannot extend the one that it says it extends."""
     base = spec.extends
@@ -49,17 +58,6 @@ def problems(spec: "DatasetSpec") -> list[Problem]:
     if found:
         return found
     return [problem for name in Attribute for problem in _fewer(spec, base, name)]
-
-
-_CONDITIONS = {
-    "combinations": "demanded combinations",
-    "conditional": "conditional shares",
-    "coverage": "coverage that was asked for",
-}
-_KEEP = "images that are there already depend on it. Keep it, or leave out extends."
-
-
-_TWINS = "Twins differ in it, and the scenes that are there have fewer or others."
 
 
 def _plain(spec: "DatasetSpec", field: str) -> object:

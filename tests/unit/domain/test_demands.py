@@ -185,3 +185,9 @@ def test_weights_that_mean_nothing_are_refused(weights: dict[str, object], words
     with pytest.raises(InvalidInput) as refused:
         spec_of(10, skin_tone={"weights": weights})
     assert words in str(refused.value)
+
+
+def test_a_value_of_another_kind_is_refused_and_not_left_out() -> None:
+    of = {"gender": [5, "male"], "handedness": ["left"]}
+    with pytest.raises(InvalidInput, match=r"^combinations\.0\.of"):
+        parse_spec({"count": 20, "combinations": [{"of": of, "count": 3}]})
