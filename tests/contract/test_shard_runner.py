@@ -15,7 +15,7 @@ from hi5_common.db.errors import DatabaseUnavailable
 from hi5_common.domain.records import DatasetStatus, Shard, ShardStatus
 from hi5_common.storage.errors import StoreUnavailable
 from hi5_common.storage.open import memory_store
-from hi5_common.storage.port import ObjectEntry, ObjectHead, ObjectStore
+from hi5_common.storage.port import Heed, ObjectEntry, ObjectHead, ObjectStore, unheeding
 from hi5_common.storage.publish import verify
 from services.worker.fleet.shard_runner import Outcome
 from tests.support import factories
@@ -32,13 +32,13 @@ class Store:
     before_put: threading.Event | None = None
     put_begins: threading.Event = field(default_factory=threading.Event)
 
-    def put(self, key: str, source: Path | bytes, sha256: str) -> None:
+    def put(self, key: str, source: Path | bytes, sha256: str, heed: Heed = unheeding) -> None:
         if self.broken:
             raise StoreUnavailable("the disk is full")
         self.put_begins.set()
         if self.before_put is not None:
             assert self.before_put.wait(60)
-        self.inner.put(key, source, sha256)
+        self.inner.put(key, source, sha256, heed)
 
     def get(self, key: str) -> bytes:
         return self.inner.get(key)
@@ -58,6 +58,9 @@ class Store:
 
     def list(self, prefix: str) -> Iterator[ObjectEntry]:
         return self.inner.list(prefix)
+
+    def remove_unfinished(self, grace_s: float) -> int:
+        return self.inner.remove_unfinished(grace_s)
 
 
 def all_shards(database: Database, dataset_id: UUID) -> list[Shard]:

@@ -139,11 +139,16 @@ class ShardRunner:
 
     def _upload(self, shard: Shard, packed: PackedShard, lease: Lease) -> Publication:
         prefix = keys.shard_prefix(shard.dataset_id, shard.number, shard.attempt)
-        stored = []
-        for file in (packed.samples, packed.labels, packed.members):
-            lease.check(packed.image_count)
-            stored.append(publish(self.store, f"{prefix}/{file.name}", file.path, file.sha256))
-        samples, labels, members = stored
+        samples, labels, members = (
+            publish(
+                self.store,
+                f"{prefix}/{file.name}",
+                file.path,
+                file.sha256,
+                heed=lambda: lease.check(packed.image_count),
+            )
+            for file in (packed.samples, packed.labels, packed.members)
+        )
         return Publication(samples, labels, members, packed.image_count, packed.tallies)
 
     def _settle(self, outcome: Outcome, write: Callable[[Session], object]) -> Outcome:
