@@ -163,7 +163,7 @@ class FaultyS3:
 
     def spoil(self, key: str, body: bytes) -> None:
         """Store other bytes under a key, signed as they should be."""
-        other = flipped(body)
+        other = flipped(body, bit=1)  # not the bit that a reader may find flipped back
         settings = Settings.model_validate(self.server.settings(""))
         open_store(settings).put(key, other, digest(other))
 
@@ -338,10 +338,10 @@ def _distorted(answer: _Answer, fault: Fault | None) -> _Answer:
             return answer
 
 
-def flipped(body: bytes) -> bytes:
+def flipped(body: bytes, bit: int = 0) -> bytes:
     """Return the bytes with one bit of the one in the middle turned over."""
     at = len(body) // 2
-    return body[:at] + bytes([body[at] ^ 1]) + body[at + 1 :] if body else body
+    return body[:at] + bytes([body[at] ^ 1 << bit]) + body[at + 1 :] if body else body
 
 
 @contextlib.contextmanager
