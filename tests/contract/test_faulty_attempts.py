@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from uuid import UUID
 
 import pytest
 
@@ -27,6 +28,7 @@ from hi5_common.storage.obstore_store import digest
 from hi5_common.storage.open import open_store
 from hi5_common.storage.port import ObjectStore
 from hi5_common.storage.publish import publish, verify
+from hi5_common.storage.removal import TROUBLES_IN_A_ROW
 from services.worker.fleet.shard_runner import Outcome
 from services.worker.keeper import Keeper
 from tests.contract.test_faulty_store import FAULTS
@@ -37,6 +39,7 @@ from tests.support.servers import S3Server
 pytestmark = pytest.mark.integration
 
 PATIENCE_S = 1.5
+STEPS = ("claim", "claim", "upload", "upload", "upload", "upload", "finish", "end", "sweep")
 _WAITING = (Fault.SILENT, Fault.LANDED_SILENT, Fault.SLOW)
 _NAMES = (keys.SAMPLES, keys.LABELS, keys.MEMBERS)
 
@@ -200,9 +203,10 @@ class _Workers:
             self.end(attempt, FailureKind.STORE)
 
     def finish(self) -> None:
-        attempt = self.any()
-        if attempt is None or len(attempt.stored) < len(_NAMES):
+        whole = [one for one in self.attempts if len(one.stored) == len(_NAMES)]
+        if not whole:
             return
+        attempt = self.rng.choice(whole)
         samples, labels, members = attempt.stored
         publication = Publication(samples, labels, members, 1, Tallies({}, {}))
         shard = attempt.shard
@@ -226,12 +230,12 @@ class _Workers:
 @pytest.mark.parametrize("seed", range(30))
 def test_publications_and_sweeps_in_any_order(world: World, seed: int) -> None:
     rng = random.Random(seed)
-    ids = [factories.dataset(world.database, count=3, size=1).id for _ in range(2)]
+    ids = [factories.dataset(world.database, count=2, size=1).id for _ in range(2)]
     keeper, workers = world.keeper(), _Workers(world, world.store(), rng)
     for _ in range(40):
         world.proxy.heal()
         world.shower(rng, list(Kind), 3)
-        match rng.choice(("claim", "upload", "upload", "upload", "finish", "end", "sweep")):
+        match rng.choice(STEPS):
             case "claim":
                 workers.claim()
             case "upload":
@@ -255,3 +259,46 @@ def test_publications_and_sweeps_in_any_order(world: World, seed: int) -> None:
     world.check()
     left = {entry.key for one in ids for entry in world.truth.list(keys.dataset_prefix(one))}
     assert left == {stored.key for stored in world.referenced()}
+
+
+def _lose(world: World) -> UUID:
+    """Return a dataset of two shards that failed and left whole attempts behind."""
+    made = factories.dataset(world.database, count=2, size=1)
+    workers = _Workers(world, world.truth, random.Random(1))
+    while workers.claim():
+        for _ in _NAMES:
+            workers.upload()
+        workers.end(workers.attempts.pop(), FailureKind.IMAGE)
+    assert len(list(world.truth.list(keys.dataset_prefix(made.id)))) == 6
+    return made.id
+
+
+@pytest.mark.parametrize("fault", [Fault.LAGGING, Fault.REPEATING])
+def test_a_listing_that_lies_makes_nobody_forget_an_orphan(world: World, fault: Fault) -> None:
+    lost = _lose(world)
+    world.proxy.script(Kind.LIST, fault)
+    keeper = world.keeper()
+    assert keeper.sweep_objects() == 6
+    assert list(world.truth.list(keys.dataset_prefix(lost))) == []
+    assert keeper.sweep_objects() == 0
+
+
+def test_one_shards_trouble_is_not_the_others(world: World) -> None:
+    lost = _lose(world)
+    world.proxy.script(Kind.DELETE, None, Fault.FORBIDDEN)
+    keeper = world.keeper()
+    with pytest.raises(errors.StoreRefused):
+        keeper.sweep_objects()
+    assert len(list(world.truth.list(keys.dataset_prefix(lost)))) == 2
+    assert keeper.sweep_objects() == 2
+    assert list(world.truth.list(keys.dataset_prefix(lost))) == []
+
+
+def test_a_store_that_is_away_is_left_alone_soon(world: World) -> None:
+    for _ in range(3):
+        _lose(world)
+    world.proxy.seen.clear()
+    world.proxy.always[Kind.LIST] = Fault.FORBIDDEN
+    with pytest.raises(errors.StoreUnavailable):
+        world.keeper().sweep_objects()
+    assert len(world.proxy.seen) == TROUBLES_IN_A_ROW
