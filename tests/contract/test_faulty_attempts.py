@@ -15,6 +15,9 @@ from uuid import UUID
 
 import pytest
 
+from hi5_common.cli.fetch.audit import AuditReport, audit
+from hi5_common.cli.fetch.audit import Fault as Damage
+from hi5_common.cli.fetch.direct_source import DirectSource
 from hi5_common.db import datasets, migrate, shards
 from hi5_common.db.engine import Database, open_database
 from hi5_common.db.errors import LeaseLost
@@ -302,3 +305,28 @@ def test_a_store_that_is_away_is_left_alone_soon(world: World) -> None:
     with pytest.raises(errors.StoreUnavailable):
         world.keeper().sweep_objects()
     assert len(world.proxy.seen) == TROUBLES_IN_A_ROW
+
+
+def test_the_audit_finds_what_a_store_lost_or_spoilt(world: World) -> None:
+    made = factories.dataset(world.database, count=1, size=1)
+    slot = runners.runner(world.database, world.store(), world.folder)
+    assert slot.run_next(None) is Outcome.PUBLISHED
+
+    def damage(store: ObjectStore) -> list[tuple[Damage, str]]:
+        source = DirectSource(world.database, store, made.id, world.folder / "assets")
+        *_, report = audit(source)
+        assert isinstance(report, AuditReport)
+        wanted = (Damage.MISSING, Damage.WRONG_BYTES)  # the stand-in's labels are not the plan's
+        return [(one.fault, one.subject) for one in report.findings if one.fault in wanted]
+
+    samples, labels, _members = world.referenced()
+    assert damage(world.truth) == []
+    world.proxy.script(Kind.GET, Fault.FLIPPED)
+    assert damage(world.store()) == []  # a network may fail where a store does not
+    world.proxy.always[Kind.GET] = Fault.FLIPPED
+    assert (Damage.WRONG_BYTES, samples.key) in damage(world.store())
+    world.proxy.heal()
+    world.proxy.spoil(f"{world.prefix}/{labels.key}", world.truth.get(labels.key))
+    assert damage(world.truth) == [(Damage.WRONG_BYTES, labels.key)]
+    world.truth.delete([labels.key])
+    assert damage(world.truth) == [(Damage.MISSING, labels.key)]
