@@ -17,6 +17,7 @@ from hi5_common.storage.port import Heed, ObjectEntry, ObjectHead, checked_key, 
 # a slow link's speed, however large the object is. S3 takes no smaller parts than 5 MiB.
 PIECE_BYTES = 4 << 20
 PART_BYTES = 5 << 20
+KEYS_AT_ONCE = 500
 TICK_S = 0.25
 
 
@@ -75,12 +76,13 @@ class ObstoreStore:
 
     def delete(self, keys: Sequence[str]) -> None:
         """Remove objects."""
-        for key in keys:
-            try:
-                with _translated(key):
-                    obstore.delete(self._store, checked_key(key))
-            except errors.ObjectMissing:
-                continue
+        for start in range(0, len(keys), KEYS_AT_ONCE):
+            some = [checked_key(key) for key in keys[start : start + KEYS_AT_ONCE]]
+            with _translated(some[0]):
+                try:
+                    obstore.delete(self._store, some)
+                except FileNotFoundError as error:  # of the bucket: objects may be missing
+                    raise errors.StoreUnavailable(f"{some[0]}: {_first_line(error)}") from error
 
     def list(self, prefix: str) -> Iterator[ObjectEntry]:
         """Yield the objects below a folder."""

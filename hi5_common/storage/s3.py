@@ -12,7 +12,8 @@ from hi5_common.storage.obstore_store import ObstoreStore
 if TYPE_CHECKING:
     from obstore.store import S3Config
 
-MAX_RETRIES = 5
+MAX_RETRIES = 100
+"""More than there is time for: the time is the bound, whatever the store answers."""
 
 
 @dataclass(frozen=True)

@@ -169,7 +169,7 @@ def test_one_fault_leaves_nothing_behind_at_the_second_sweep(
 def test_a_store_that_only_says_it_deletes_is_not_clean(proxy: FaultyS3, tmp_path: Path) -> None:
     world = World(proxy, tmp_path)
     assert world.publish("o/a", 100)
-    proxy.always[Kind.DELETE] = Fault.NOT_FOUND
+    proxy.always[Kind.DELETE] = Fault.SWALLOWED
     removal = remove_listed(world.store, "o", lambda _key: True)
     assert (removal.removed, removal.clean) == (1, False)
 

@@ -24,6 +24,7 @@ from tests.support.servers import BUCKET, S3Server
 
 _RST_AT_CLOSE = struct.pack("ii", 1, 0)
 _CONTENTS = re.compile(rb"<Contents>.*?</Contents>", re.DOTALL)
+_KEY = re.compile(rb"<Key>.*?</Key>")
 _SLOW_PIECE_BYTES = 4096
 
 
@@ -85,7 +86,7 @@ _STATUS = {
     Fault.FORBIDDEN: (403, "AccessDenied"),
 }
 _DENIED_INSIDE = (
-    b'<?xml version="1.0" encoding="UTF-8"?><DeleteResult><Error><Key>%b</Key>'
+    b'<?xml version="1.0" encoding="UTF-8"?><DeleteResult><Error>%b'
     b"<Code>InternalError</Code><Message>by the script</Message></Error></DeleteResult>"
 )
 _LANDED = (
@@ -210,10 +211,10 @@ class _Handler(BaseHTTPRequestHandler):
         if fault is Fault.SWALLOWED or (fault is Fault.SPOILT and kind is Kind.PUT):
             if fault is Fault.SPOILT:
                 self.faulty.spoil(key, body)
-            return self._send(_Answer(200, [("ETag", '"0"')], b""))
+            said = _deleted(body) if kind is Kind.DELETE else b""
+            return self._send(_Answer(200, [("ETag", '"0"')], said))
         if fault is Fault.DENIED_INSIDE:
-            named = b"".join(re.findall(rb"<Key>(.*?)</Key>", body)[:1])
-            return self._send(_Answer(200, [], _DENIED_INSIDE % named))
+            return self._send(_Answer(200, [], _DENIED_INSIDE % _KEY.findall(body)[0]))
         answer = self._pass_on(body)
         if fault is Fault.LANDED_SILENT:
             return self._wait_for_the_end()
@@ -336,6 +337,11 @@ def _distorted(answer: _Answer, fault: Fault | None) -> _Answer:
             return _Answer(answer.status, answer.headers, body)
         case _:
             return answer
+
+
+def _deleted(body: bytes) -> bytes:
+    lines = b"".join(b"<Deleted>" + key + b"</Deleted>" for key in _KEY.findall(body))
+    return b"<DeleteResult>" + lines + b"</DeleteResult>"
 
 
 def flipped(body: bytes, bit: int = 0) -> bytes:
