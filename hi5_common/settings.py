@@ -1,6 +1,7 @@
 """Every setting of every process, from HI5_* environment variables or files that hold secrets."""
 
 import os
+import platform
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -67,6 +68,10 @@ class Settings(BaseSettings):
     """The table of `hi5 bench calibrate` that max_error and seconds_per_image go by; None is the
     one that comes with hi5. Workers of one dataset must have the same: labels name it."""
     worker_slots: int = Field(1, ge=1)
+    worker_name: str = Field(
+        default_factory=lambda: platform.node()[:80], min_length=1, max_length=80
+    )
+    """The machine's name among those of the fleet; a block for bad work goes by it."""
     queue: str = "hi5.cpu"
 
     lease_s: Seconds = 60
@@ -74,6 +79,9 @@ class Settings(BaseSettings):
     reconcile_s: Seconds = 10
     dispatch_s: Seconds = 1
     ring_s: Seconds = 30
+    idle_poll_s: float = Field(20, gt=0, le=40)
+    """A worker with a free slot asks the database itself about this often, a quarter more or less.
+    At most 40: health takes a minute's silence for an illness."""
     log_format: LogFormat = LogFormat.TEXT
 
     max_rings: int = Field(64, ge=1)

@@ -231,6 +231,11 @@ def pending_to_ring(session: Session, limit: int, ring_s: float) -> list[UUID]:
     return chosen
 
 
+def any_due(session: Session) -> bool:
+    """Return whether a claim would find something now. It locks nothing."""
+    return session.scalar(_due().limit(1)) is not None
+
+
 def give_back(
     session: Session, row: ShardRow, kind: FailureKind, reason: str, *, owner: str | None
 ) -> ShardStatus:
