@@ -94,6 +94,9 @@ class Settings(BaseSettings):
     """After so many images a render child makes room for a fresh one."""
     child_memory_mb: int = Field(8192, ge=256)
     """A render child that has grown beyond this makes room for a fresh one."""
+    block_s: Seconds = 600
+    """How long a machine claims nothing after three bad shards in a row; then twice that, and so
+    on up to four hours."""
     sweep_s: Seconds = 300
     orphan_grace_s: float = Field(3600, ge=0)
 

@@ -1,9 +1,9 @@
 """A worker's slot, opened from the settings. Not for the worker's main process: it has threads."""
 
-import uuid
 from collections.abc import Callable
 
 from hi5_common.db.engine import open_database
+from hi5_common.domain.workers import new_owner
 from hi5_common.settings import Settings
 from hi5_common.storage.open import open_store
 from services.worker.fleet.shard_runner import ShardRunner
@@ -15,11 +15,6 @@ def open_runner(settings: Settings, draining: Callable[[], bool]) -> ShardRunner
         database=open_database(settings.resolved_database_url),
         store=open_store(settings),
         settings=settings,
-        owner=new_owner(settings),
+        owner=new_owner(settings.worker_name),
         draining=draining,
     )
-
-
-def new_owner(settings: Settings) -> str:
-    """Return a name that no slot ever had before: the machine's, and something random."""
-    return f"{settings.worker_name}-{uuid.uuid4().hex[:12]}"

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from types import FrameType
 
-from hi5_common.db import shards
+from hi5_common.db import shards, workers
 from hi5_common.db.engine import Database, open_database
 from hi5_common.domain.errors import Hi5Error
 from hi5_common.logs import configure_logging
@@ -76,14 +76,16 @@ class Poller:
         self.heartbeat.end()
 
     def ask(self) -> bool:
-        """Return whether the database has work. An answer is the worker's sign of life."""
+        """Return whether the database has work for us. An answer is the worker's sign of life."""
+        settings = self.settings
         try:
-            with self.database.snapshot() as session:
-                due = shards.any_due(session)
+            with self.database.transaction() as session:
+                blocked = workers.seen(session, settings.worker_name, settings.worker_slots)
+                due = blocked is None and shards.any_due(session)
         except Hi5Error as error:
             log.warning("no look for work: %s", error, extra={"action": "poll_failed"})
             return False
-        self.heartbeat.beat()
+        self.heartbeat.beat(blocked and f"it claims nothing for a while: {blocked}")
         return due
 
     def look(self) -> int:
