@@ -2,6 +2,7 @@
 
 import os
 import platform
+import re
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -69,7 +70,8 @@ class Settings(BaseSettings):
     one that comes with hi5. Workers of one dataset must have the same: labels name it."""
     worker_slots: int = Field(1, ge=1)
     worker_name: str = Field(
-        default_factory=lambda: platform.node()[:80], min_length=1, max_length=80
+        default_factory=lambda: re.sub(r"[^A-Za-z0-9_.-]", "-", platform.node())[:80] or "worker",
+        pattern=r"^[A-Za-z0-9_.-]{1,80}$",
     )
     """The machine's name among those of the fleet; a block for bad work goes by it."""
     queue: str = "hi5.cpu"

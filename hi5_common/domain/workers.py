@@ -6,6 +6,7 @@ from datetime import datetime
 from uuid import UUID
 
 from hi5_common.domain.retry import FailureKind
+from hi5_common.domain.strict import StrictModel
 
 BAD_SHARDS = 3
 """So many different shards that failed on a machine, none published between, and it is blocked."""
@@ -44,6 +45,12 @@ class Worker:
     failed_shards: int
     blocked_until: datetime | None
     blocked_reason: str | None
+
+
+class WorkerList(StrictModel):
+    """Every machine, by its name."""
+
+    items: list[Worker]
 
 
 def new_owner(worker: str) -> str:
