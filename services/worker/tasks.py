@@ -4,7 +4,7 @@ import functools
 import logging
 from typing import TYPE_CHECKING
 
-from hi5_common.domain.errors import TransientError
+from hi5_common.domain.errors import Hi5Error
 from hi5_common.queue.port import RENDER_SHARD, hinted_shard
 from hi5_common.settings import Settings
 from services.worker.celery_app import app
@@ -33,7 +33,7 @@ def render_shard(message: object) -> None:
             return
         try:
             _runner().run_while_due(hinted_shard(message), MOST_ATTEMPTS)
-        except TransientError as error:  # the keeper rings again
+        except Hi5Error as error:  # the keeper rings again
             log.warning("no work taken: %s", error, extra={"action": "claim_failed"})
 
 

@@ -83,7 +83,7 @@ class ShardRunner:
             shard = shards.claim(session, hint, self.owner, self.settings.lease_s)
         if shard is None:
             return None
-        lease = Lease(self.database, shard, self.owner, self.settings, held_since_s)
+        lease = Lease(self.database, shard, self.owner, self.settings, held_since_s, self.draining)
         with lease.held():
             outcome = self._attempt(shard, lease)
         log.info("attempt ended", extra={**_names(shard), "action": outcome.value})
@@ -157,7 +157,7 @@ class ShardRunner:
         return Publication(samples, labels, members, packed.image_count, packed.tallies)
 
     def _settle(self, outcome: Outcome, write: Callable[[Session], object]) -> Outcome:
-        """Write how the attempt ended, again and again while the database is away.
+        """Write how the attempt ended, again and again while the database is away or migrated.
 
         Whether a commit whose answer was lost took place does not matter: what was written is
         written once. After a lease's time somebody else has the shard, and the attempt is lost.
@@ -169,7 +169,7 @@ class ShardRunner:
                     write(session)
             except errors.LeaseLost:
                 return Outcome.LOST
-            except TransientError:
+            except (TransientError, errors.DatabaseOutdated):  # away, or being migrated
                 if time.monotonic() > give_up_s:
                     return Outcome.LOST
                 time.sleep(SETTLE_PAUSE_S)
