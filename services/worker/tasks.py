@@ -24,17 +24,19 @@ MOST_ATTEMPTS = 100
 def render_shard(message: object) -> None:
     """Work on the hinted shard, then on whatever is due, until nothing is.
 
-    Without a free slot it returns at once: a message is a hint.
+    A machine that cannot work now holds on to the message, or it would take those meant for
+    others as fast as they come: without a free slot until there is one, and while it is blocked
+    for about as long as others take to ask for themselves.
     """
     drain.bell_of_this_process().note()
     slots = Slots(drain.folder_of_this_process(), Settings().worker_slots)
-    with slots.one() as free:
-        if not free:
-            return
-        try:
-            _runner().run_while_due(hinted_shard(message), MOST_ATTEMPTS)
-        except Hi5Error as error:  # the keeper rings again
-            log.warning("no work taken: %s", error, extra={"action": "claim_failed"})
+    runner = _runner()
+    try:
+        with slots.one(runner.draining) as held:
+            if held and not runner.run_while_due(hinted_shard(message), MOST_ATTEMPTS):
+                runner.sit_out_a_block()
+    except Hi5Error as error:  # the keeper rings again
+        log.warning("no work taken: %s", error, extra={"action": "claim_failed"})
 
 
 @functools.cache

@@ -74,6 +74,14 @@ class ShardRunner:
             hint = None
         return outcomes
 
+    def sit_out_a_block(self) -> None:
+        """Wait for `idle_poll_s` or until told to stop, if this machine may not claim."""
+        with self.database.snapshot() as session:
+            blocked = workers.blocked(session, self.settings.worker_name)
+        until_s = time.monotonic() + self.settings.idle_poll_s
+        while blocked is not None and time.monotonic() < until_s and not self.draining():
+            time.sleep(SETTLE_PAUSE_S)
+
     def run_next(self, hint: UUID | None) -> Outcome | None:
         """Claim a shard and make one attempt at it; None if none is due, or we are blocked."""
         held_since_s = time.monotonic()

@@ -6,10 +6,13 @@ back from a process that dies.
 
 import fcntl
 import os
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+
+LOOK_AGAIN_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -20,9 +23,10 @@ class Slots:
     count: int
 
     @contextmanager
-    def one(self) -> Iterator[bool]:
-        """Hold a free slot during the block, and give whether there was one."""
-        slot = self.take()
+    def one(self, draining: Callable[[], bool]) -> Iterator[bool]:
+        """Wait for a free slot and hold it during the block; give False if told to stop before."""
+        while (slot := self.take()) is None and not draining():
+            time.sleep(LOOK_AGAIN_S)
         try:
             yield slot is not None
         finally:
