@@ -6,10 +6,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from uuid import UUID
 
-from hi5_common.db import datasets, errors, shards
+from hi5_common.db import datasets, errors, shards, workers
 from hi5_common.db.engine import Database, Session
 from hi5_common.domain import keys
 from hi5_common.domain.errors import TransientError
@@ -31,7 +32,7 @@ from services.worker.fleet.lease import Lease
 from services.worker.fleet.pack import PackedShard, pack
 from services.worker.fleet.render_process import RenderJob
 from services.worker.fleet.scratch import attempt_folder
-from services.worker.fleet.shard_render import Limits, ShardRender
+from services.worker.fleet.shard_render import Limits, RenderedImage, ShardRender
 
 log = logging.getLogger(__name__)
 
@@ -73,14 +74,24 @@ class ShardRunner:
             hint = None
         return outcomes
 
+    def sit_out_a_block(self) -> None:
+        """Wait for `idle_poll_s` or until told to stop, if this machine may not claim."""
+        with self.database.snapshot() as session:
+            blocked = workers.blocked(session, self.settings.worker_name)
+        until_s = time.monotonic() + self.settings.idle_poll_s
+        while blocked is not None and time.monotonic() < until_s and not self.draining():
+            time.sleep(SETTLE_PAUSE_S)
+
     def run_next(self, hint: UUID | None) -> Outcome | None:
-        """Claim a shard and make one attempt at it; None if no shard is due."""
+        """Claim a shard and make one attempt at it; None if none is due, or we are blocked."""
         held_since_s = time.monotonic()
         with self.database.transaction() as session:
+            if workers.blocked(session, self.settings.worker_name) is not None:
+                return None
             shard = shards.claim(session, hint, self.owner, self.settings.lease_s)
         if shard is None:
             return None
-        lease = Lease(self.database, shard, self.owner, self.settings, held_since_s)
+        lease = Lease(self.database, shard, self.owner, self.settings, held_since_s, self.draining)
         with lease.held():
             outcome = self._attempt(shard, lease)
         log.info("attempt ended", extra={**_names(shard), "action": outcome.value})
@@ -97,25 +108,32 @@ class ShardRunner:
             return self._settle(Outcome.RELEASED, lambda s: shards.release(s, *self._proof(shard)))
         except Exception as error:  # a process boundary: whatever happened, the row must know
             log.warning("attempt failed", exc_info=error, extra=_names(shard))
-            kind, reason = _classified(error)
-            return self._settle(
-                Outcome.FAILED, lambda s: shards.fail(s, *self._proof(shard), kind, reason)
-            )
+            return self._settle(Outcome.FAILED, partial(self._fail, shard, error))
+
+    def _fail(self, shard: Shard, error: Exception, session: Session) -> None:
+        kind, reason = _classified(error)
+        index = error.index if isinstance(error, AttemptFailed) else None
+        shards.fail(session, *self._proof(shard), kind, reason, index)
+        name = self.settings.worker_name
+        if workers.failed(session, name, shard.id, kind, reason, self.settings.block_s):
+            log.error("%s claims nothing for a while", name, extra={"action": "worker_blocked"})
+
+    def _finish(self, shard: Shard, publication: Publication, session: Session) -> None:
+        shards.finish(session, *self._proof(shard), publication)
+        workers.succeeded(session, self.settings.worker_name)
 
     def _publish(self, shard: Shard, lease: Lease) -> Outcome:
         with self.database.snapshot() as session:
             spec = datasets.spec(session, shard.dataset_id)
         with attempt_folder(self.settings.scratch_dir) as folder:
             render = self._render(shard, spec, lease, folder)
-            packed = pack(render.run(), folder, spec.balanced())
+            packed = pack(_rendered(render), folder, spec.balanced())
             publication = replace(
                 self._upload(shard, packed, lease),
                 gaps=tuple(render.gaps[index] for index in sorted(render.gaps)),
                 redraws=tuple(render.draws[index] for index in sorted(render.draws)),
             )
-        return self._settle(
-            Outcome.PUBLISHED, lambda s: shards.finish(s, *self._proof(shard), publication)
-        )
+        return self._settle(Outcome.PUBLISHED, partial(self._finish, shard, publication))
 
     def _render(self, shard: Shard, spec: DatasetSpec, lease: Lease, folder: Path) -> ShardRender:
         out_dir = folder / "images"
@@ -152,7 +170,7 @@ class ShardRunner:
         return Publication(samples, labels, members, packed.image_count, packed.tallies)
 
     def _settle(self, outcome: Outcome, write: Callable[[Session], object]) -> Outcome:
-        """Write how the attempt ended, again and again while the database is away.
+        """Write how the attempt ended, again and again while the database is away or migrated.
 
         Whether a commit whose answer was lost took place does not matter: what was written is
         written once. After a lease's time somebody else has the shard, and the attempt is lost.
@@ -164,7 +182,7 @@ class ShardRunner:
                     write(session)
             except errors.LeaseLost:
                 return Outcome.LOST
-            except TransientError:
+            except (TransientError, errors.DatabaseOutdated):  # away, or being migrated
                 if time.monotonic() > give_up_s:
                     return Outcome.LOST
                 time.sleep(SETTLE_PAUSE_S)
@@ -173,6 +191,15 @@ class ShardRunner:
 
     def _proof(self, shard: Shard) -> tuple[UUID, int, str]:
         return shard.id, shard.attempt, self.owner
+
+
+def _rendered(render: ShardRender) -> list[RenderedImage]:
+    """Run it. A failure tells which image failed most, if any did."""
+    try:
+        return render.run()
+    except AttemptFailed as error:
+        error.index = max(render.tries, key=render.tries.__getitem__, default=None)
+        raise
 
 
 def _classified(error: Exception) -> tuple[FailureKind, str]:

@@ -13,8 +13,8 @@ from hi5_common.db.errors import DatabaseUnavailable, LeaseLost
 from hi5_common.db.shards import RenewAnswer
 from hi5_common.domain.records import Shard, ShardStatus
 from hi5_common.settings import Settings
-from services.worker.fleet.attempt_errors import CancelRequested, LeaseGone
-from services.worker.fleet.lease import Lease
+from services.worker.fleet.attempt_errors import CancelRequested, DrainRequested, LeaseGone
+from services.worker.fleet.lease import PACKING_S, Lease
 
 SHARD = Shard(UUID(int=1), UUID(int=2), 0, 0, 2, ShardStatus.LEASED, 1, 0, "w", None, None, None)
 
@@ -81,3 +81,23 @@ def test_a_cancelled_dataset_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None
 def test_time_counts_from_before_the_claim() -> None:
     with pytest.raises(LeaseGone):
         lease(time.monotonic() - 0.8).check(0)
+
+
+def test_a_worker_told_to_stop_gives_up_what_takes_too_long(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now_s = 1000.0
+    monkeypatch.setattr(time, "monotonic", lambda: now_s)
+    told: list[bool] = []
+    settings = Settings(drain_s=5, lease_s=3600)
+    database = cast(Database, _NoDatabase())
+    held = Lease(database, SHARD, "w", settings, now_s, draining=lambda: bool(told))
+    now_s += 100
+    held.check(0)
+    told.append(True)
+    held.check(0)
+    now_s += 5 + PACKING_S
+    held.check(0)
+    now_s += 0.1
+    with pytest.raises(DrainRequested):
+        held.check(0)
