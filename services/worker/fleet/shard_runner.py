@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 from pathlib import Path
 from uuid import UUID
 
@@ -13,6 +14,7 @@ from hi5_common.db import datasets, errors, shards
 from hi5_common.db.engine import Database, Session
 from hi5_common.domain import keys
 from hi5_common.domain.errors import TransientError
+from hi5_common.domain.faults import DISK_FULL
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Publication, Shard
 from hi5_common.domain.retry import FailureKind
@@ -27,6 +29,7 @@ from services.worker.fleet.attempt_errors import (
     DrainRequested,
     LeaseGone,
 )
+from services.worker.fleet.child_records import ChildLedger
 from services.worker.fleet.lease import Lease
 from services.worker.fleet.pack import PackedShard, pack
 from services.worker.fleet.render_process import RenderJob
@@ -61,6 +64,11 @@ class ShardRunner:
     settings: Settings
     owner: str
     draining: Callable[[], bool]
+
+    @cached_property
+    def ledger(self) -> ChildLedger:
+        """What became of the render children of this process."""
+        return ChildLedger(self.settings.health_dir)
 
     def run_while_due(self, hint: UUID | None, most: int) -> list[Outcome]:
         """Work on the hinted shard if it is due, then on the oldest ones, up to `most` attempts."""
@@ -127,14 +135,10 @@ class ShardRunner:
             folder=folder,
             extension=_EXTENSIONS[spec.image.format],
             command=(sys.executable, "-m", settings.child_module),
-            limits=Limits(
-                settings.image_timeout_s,
-                settings.child_images,
-                settings.child_memory_mb,
-                settings.drain_s,
-            ),
+            limits=Limits.of(settings),
             check=lease.check,
             draining=self.draining,
+            ended=self.ledger.add,
         )
 
     def _upload(self, shard: Shard, packed: PackedShard, lease: Lease) -> Publication:
@@ -178,6 +182,8 @@ def _classified(error: Exception) -> tuple[FailureKind, str]:
             return FailureKind.WRONG_BYTES, str(error)
         case StoreUnavailable() | StoreRefused():
             return FailureKind.STORE, str(error)
+        case OSError() if error.errno in DISK_FULL:
+            return FailureKind.DISK_FULL, str(error)
         case _:
             return FailureKind.INTERNAL, f"{type(error).__name__}: {error}"
 
