@@ -269,10 +269,12 @@ class _Supervision:
                 return self._finished_with(event)
             case ImageRefused():
                 self._take(event.index)
-                self.shard.blame(event.index, event.fault, event.detail)
-                if event.fault is ImageFault.OUT_OF_MEMORY:  # who knows what else got none
+                # Out of memory, who knows what else of the child got none.
+                finished = event.fault is ImageFault.OUT_OF_MEMORY
+                if finished or event.fault in OF_THE_MACHINE:
                     self.end = event.fault
-                    return True
+                self.shard.blame(event.index, event.fault, event.detail)
+                return finished
             case ChildBroken():
                 self.broken = event
             case AllDone():

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hi5_common.domain.faults import ImageFault
+from hi5_common.domain.faults import OF_THE_MACHINE, ImageFault
 from hi5_common.domain.retry import FailureKind
 from services.worker.fleet import render_process
 from services.worker.fleet.attempt_errors import AttemptFailed, DrainRequested, LeaseGone
@@ -93,9 +93,11 @@ def test_a_fault_costs_the_image_in_flight_and_is_named(
 def test_what_only_another_machine_can_mend_ends_the_attempt(
     tmp_path: Path, fault: str, kind: FailureKind, reason: str
 ) -> None:
-    render = Attempt(tmp_path, (fault, "2")).render()
+    ended: list[ChildRecord] = []
+    render = replace(Attempt(tmp_path, (fault, "2")).render(), ended=ended.append)
     with pytest.raises(AttemptFailed) as caught:
         render.run()
+    assert [record.end in OF_THE_MACHINE for record in ended] == [True]
     assert caught.value.kind is kind
     assert caught.value.reason.startswith(reason)
     assert (render.draws, render.gaps) == ({}, {})
