@@ -1,6 +1,8 @@
 """Every setting of every process, from HI5_* environment variables or files that hold secrets."""
 
 import os
+import platform
+import re
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -67,6 +69,11 @@ class Settings(BaseSettings):
     """The table of `hi5 bench calibrate` that max_error and seconds_per_image go by; None is the
     one that comes with hi5. Workers of one dataset must have the same: labels name it."""
     worker_slots: int = Field(1, ge=1)
+    worker_name: str = Field(
+        default_factory=lambda: re.sub(r"[^A-Za-z0-9_.-]", "-", platform.node())[:80] or "worker",
+        pattern=r"^[A-Za-z0-9_.-]{1,80}$",
+    )
+    """The machine's name among those of the fleet; a block for bad work goes by it."""
     queue: str = "hi5.cpu"
 
     lease_s: Seconds = 60
@@ -74,6 +81,9 @@ class Settings(BaseSettings):
     reconcile_s: Seconds = 10
     dispatch_s: Seconds = 1
     ring_s: Seconds = 30
+    idle_poll_s: float = Field(20, gt=0, le=40)
+    """A worker with a free slot asks the database itself about this often, a quarter more or less.
+    At most 40: health takes a minute's silence for an illness."""
     log_format: LogFormat = LogFormat.TEXT
 
     max_rings: int = Field(64, ge=1)
@@ -90,6 +100,9 @@ class Settings(BaseSettings):
     """A render child that has grown beyond this is killed, and its image tried again."""
     child_network: bool = False
     """Whether a render child may open network sockets; only a GPU driver may ever need them."""
+    block_s: Seconds = 600
+    """How long a machine claims nothing after three bad shards in a row; then twice that, and so
+    on up to four hours."""
     sweep_s: Seconds = 300
     orphan_grace_s: float = Field(3600, ge=0)
 

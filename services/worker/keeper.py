@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from hi5_common.db import shards, upkeep
+from hi5_common.db import shards, upkeep, workers
 from hi5_common.db.engine import Database, open_database
 from hi5_common.domain import keys
 from hi5_common.domain.errors import Hi5Error
@@ -51,10 +51,14 @@ class Keeper:
         return len(shard_ids)
 
     def sweep_leases(self) -> int:
-        """Take back shards from silent workers and settle cancelled ones; return how many."""
+        """Take back shards from silent workers and settle cancelled ones; return how many.
+
+        Machines that were not seen for a week are forgotten.
+        """
         with self.database.transaction() as session:
             expired = upkeep.sweep_expired(session)
             settled = upkeep.settle_cancelled(session)
+            workers.forget_the_gone(session)
         for lease in expired:
             log.warning(
                 "lease ran out",

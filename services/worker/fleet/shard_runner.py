@@ -6,11 +6,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from uuid import UUID
 
-from hi5_common.db import datasets, errors, shards
+from hi5_common.db import datasets, errors, shards, workers
 from hi5_common.db.engine import Database, Session
 from hi5_common.domain import keys
 from hi5_common.domain.errors import TransientError
@@ -34,7 +34,7 @@ from services.worker.fleet.lease import Lease
 from services.worker.fleet.pack import PackedShard, pack
 from services.worker.fleet.render_process import RenderJob
 from services.worker.fleet.scratch import attempt_folder
-from services.worker.fleet.shard_render import Limits, ShardRender
+from services.worker.fleet.shard_render import Limits, RenderedImage, ShardRender
 
 log = logging.getLogger(__name__)
 
@@ -82,9 +82,11 @@ class ShardRunner:
         return outcomes
 
     def run_next(self, hint: UUID | None) -> Outcome | None:
-        """Claim a shard and make one attempt at it; None if no shard is due."""
+        """Claim a shard and make one attempt at it; None if none is due, or we are blocked."""
         held_since_s = time.monotonic()
         with self.database.transaction() as session:
+            if workers.blocked(session, self.settings.worker_name) is not None:
+                return None
             shard = shards.claim(session, hint, self.owner, self.settings.lease_s)
         if shard is None:
             return None
@@ -105,25 +107,32 @@ class ShardRunner:
             return self._settle(Outcome.RELEASED, lambda s: shards.release(s, *self._proof(shard)))
         except Exception as error:  # a process boundary: whatever happened, the row must know
             log.warning("attempt failed", exc_info=error, extra=_names(shard))
-            kind, reason = _classified(error)
-            return self._settle(
-                Outcome.FAILED, lambda s: shards.fail(s, *self._proof(shard), kind, reason)
-            )
+            return self._settle(Outcome.FAILED, partial(self._fail, shard, error))
+
+    def _fail(self, shard: Shard, error: Exception, session: Session) -> None:
+        kind, reason = _classified(error)
+        index = error.index if isinstance(error, AttemptFailed) else None
+        shards.fail(session, *self._proof(shard), kind, reason, index)
+        name = self.settings.worker_name
+        if workers.failed(session, name, shard.id, kind, reason, self.settings.block_s):
+            log.error("%s claims nothing for a while", name, extra={"action": "worker_blocked"})
+
+    def _finish(self, shard: Shard, publication: Publication, session: Session) -> None:
+        shards.finish(session, *self._proof(shard), publication)
+        workers.succeeded(session, self.settings.worker_name)
 
     def _publish(self, shard: Shard, lease: Lease) -> Outcome:
         with self.database.snapshot() as session:
             spec = datasets.spec(session, shard.dataset_id)
         with attempt_folder(self.settings.scratch_dir) as folder:
             render = self._render(shard, spec, lease, folder)
-            packed = pack(render.run(), folder, spec.balanced())
+            packed = pack(_rendered(render), folder, spec.balanced())
             publication = replace(
                 self._upload(shard, packed, lease),
                 gaps=tuple(render.gaps[index] for index in sorted(render.gaps)),
                 redraws=tuple(render.draws[index] for index in sorted(render.draws)),
             )
-        return self._settle(
-            Outcome.PUBLISHED, lambda s: shards.finish(s, *self._proof(shard), publication)
-        )
+        return self._settle(Outcome.PUBLISHED, partial(self._finish, shard, publication))
 
     def _render(self, shard: Shard, spec: DatasetSpec, lease: Lease, folder: Path) -> ShardRender:
         out_dir = folder / "images"
@@ -172,6 +181,15 @@ class ShardRunner:
 
     def _proof(self, shard: Shard) -> tuple[UUID, int, str]:
         return shard.id, shard.attempt, self.owner
+
+
+def _rendered(render: ShardRender) -> list[RenderedImage]:
+    """Run it. A failure tells which image failed most, if any did."""
+    try:
+        return render.run()
+    except AttemptFailed as error:
+        error.index = max(render.tries, key=render.tries.__getitem__, default=None)
+        raise
 
 
 def _classified(error: Exception) -> tuple[FailureKind, str]:
