@@ -21,21 +21,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from uuid import UUID
 
 from numpy.random import Generator
 
-from hi5_common.db import datasets, migrate, shards
-from hi5_common.db.engine import Database, open_database
+from benchmarks.slot import Slot, children_of_this_process, open_slot, small_frames
 from hi5_common.domain.faults import ImageFault
-from hi5_common.domain.plan import Plan
-from hi5_common.domain.records import DatasetStatus
 from hi5_common.domain.seeding import factor_rng
-from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.settings import Settings
-from hi5_common.storage.open import open_store
-from hi5_common.storage.publish import verify
-from services.worker.fleet.shard_runner import ShardRunner
 
 CHILD = "benchmarks.growing_child"
 LIMIT_MB = 2000
@@ -44,7 +36,6 @@ PER_ATTEMPT = PER_SHARD // 2 - 1
 """So few faults an attempt that none can meet the same image three times."""
 LOOK_S = 0.02
 TMPFS_MB = 48
-UNFINISHED = frozenset({DatasetStatus.PENDING, DatasetStatus.RUNNING})
 
 Strike = Callable[[int, Path], None]
 
@@ -87,62 +78,6 @@ KINDS = (
     Kind("disks", fill_disk, ImageFault.DISK_FULL),
 )
 ISSUE = {"kills": 10, "crashes": 10, "hangs": 3, "memory": 3, "disks": 2}
-
-
-@dataclass
-class Slot:
-    """One slot of a worker with a database, a store and a scratch folder of its own."""
-
-    runner: ShardRunner
-    dataset_id: UUID
-
-    def finish(self) -> DatasetStatus:
-        """Work until the dataset needs no more; return how it ended."""
-        while True:
-            with self.runner.database.snapshot() as session:
-                status = datasets.get(session, self.dataset_id).status
-            if status not in UNFINISHED:
-                return status
-            if self.runner.run_next(None) is None:
-                time.sleep(0.1)
-
-    def published(self) -> dict[int, tuple[str, ...]]:
-        """Return the SHA-256 of each shard's objects, each read back; fail on a redraw or gap."""
-        found = {}
-        with self.runner.database.snapshot() as session:
-            rows = shards.of_dataset(session, self.dataset_id, 10_000)
-        for row in rows:
-            made = row.publication
-            if made is None or made.gaps or made.redraws:
-                raise SystemExit(f"shard {row.number} is not whole: {row}")
-            objects = (made.samples, made.labels, made.members)
-            for stored in objects:
-                verify(self.runner.store, stored)
-            found[row.number] = tuple(stored.sha256 for stored in objects)
-        return found
-
-
-@contextmanager
-def slot(spec: DatasetSpec, scratch: Path, folder: Path, image_timeout_s: float) -> Iterator[Slot]:
-    settings = Settings(
-        data_dir=folder,
-        scratch_dir=scratch,
-        child_module=CHILD,
-        image_timeout_s=image_timeout_s,
-        child_memory_mb=LIMIT_MB,
-        child_memory_limit_mb=LIMIT_MB,
-    )
-    url = settings.resolved_database_url
-    folder.mkdir(parents=True, exist_ok=True)
-    migrate.upgrade(url)
-    database: Database = open_database(url)
-    try:
-        with database.transaction() as session:
-            made = datasets.create(session, spec, Plan.of(spec)).dataset
-        runner = ShardRunner(database, open_store(settings), settings, "bench", lambda: False)
-        yield Slot(runner, made.id)
-    finally:
-        database.dispose()
 
 
 @dataclass
@@ -192,14 +127,7 @@ class Injector:
 
 
 def children() -> list[int]:
-    """Return the render children of this process."""
-    found = []
-    for path in Path("/proc/self/task").glob("*/children"):
-        for pid in path.read_text("ascii").split():
-            with suppress(OSError):
-                if CHILD.encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
-                    found.append(int(pid))
-    return found
+    return children_of_this_process(CHILD)
 
 
 @contextmanager
@@ -223,17 +151,14 @@ def small_disk(folder: Path) -> Iterator[Path]:
             subprocess.run(["umount", "--lazy", folder], check=True)
 
 
-def dataset_spec(count: int) -> DatasetSpec:
-    return parse_spec(
-        {
-            "name": "faults",
-            "count": count,
-            "seed": 6,
-            "images_per_shard": PER_SHARD,
-            "image": {"width": 64, "height": 64},
-            "render": {"quality": "draft"},
-            "attributes": {"environment": ["city", "courtyard"]},  # they come with bpy: no bake
-        }
+def settings(folder: Path, scratch: Path, image_timeout_s: float) -> Settings:
+    return Settings(
+        data_dir=folder,
+        scratch_dir=scratch,
+        child_module=CHILD,
+        image_timeout_s=image_timeout_s,
+        child_memory_mb=LIMIT_MB,
+        child_memory_limit_mb=LIMIT_MB,
     )
 
 
@@ -248,22 +173,25 @@ def compare(
     ordered = [kind for kind in KINDS for _ in range(wanted.get(kind.name, 0))]
     faults = [ordered[place] for place in rng.permutation(len(ordered))]
     attempts = -(-len(faults) // PER_ATTEMPT) + 1
-    spec = dataset_spec(PER_SHARD * attempts)
+    spec = small_frames(PER_SHARD * attempts, PER_SHARD)
     began_s = time.monotonic()
-    with slot(spec, folder / "quiet-scratch", folder / "quiet", image_timeout_s) as quiet:
-        assert_complete(quiet)
+    undisturbed = settings(folder / "quiet", folder / "quiet-scratch", image_timeout_s)
+    with open_slot(spec, undisturbed) as quiet:
+        while quiet.step():
+            pass
         expected = quiet.published()
     told(f"quiet run of {spec.count} images: {time.monotonic() - began_s:.0f} s")
     began_s = time.monotonic()
     with (
         small_disk(folder / "scratch") as scratch,
-        slot(spec, scratch, folder / "struck", image_timeout_s) as struck,
+        open_slot(spec, settings(folder / "struck", scratch, image_timeout_s)) as struck,
     ):
         injector = Injector(struck, scratch, faults, rng)
         thread = threading.Thread(target=injector.run, name="injector")
         thread.start()
         try:
-            assert_complete(struck)
+            while struck.step():
+                pass
         finally:
             injector.stop.set()
             thread.join()
@@ -274,12 +202,6 @@ def compare(
     if faults or left or children():
         raise SystemExit(f"not struck: {faults}; left behind: {left}, {children()}")
     return injector.struck
-
-
-def assert_complete(one: Slot) -> None:
-    status = one.finish()
-    if status is not DatasetStatus.COMPLETE:
-        raise SystemExit(f"the dataset is {status}")
 
 
 def told(line: str) -> None:

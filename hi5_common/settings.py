@@ -98,6 +98,8 @@ class Settings(BaseSettings):
     """A render child that has grown beyond this makes room for a fresh one, between two images."""
     child_memory_limit_mb: int = Field(12288, ge=256)
     """A render child that has grown beyond this is killed, and its image tried again."""
+    canary: bool = True
+    """Whether a worker must render a known scene right before it may claim a shard."""
     child_network: bool = False
     """Whether a render child may open network sockets; only a GPU driver may ever need them."""
     block_s: Seconds = 600

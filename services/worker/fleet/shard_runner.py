@@ -64,6 +64,8 @@ class ShardRunner:
     settings: Settings
     owner: str
     draining: Callable[[], bool]
+    admitted: Callable[[], bool] = lambda: True
+    """Whether this worker has shown that it renders right; asked before each claim."""
 
     @cached_property
     def ledger(self) -> ChildLedger:
@@ -82,7 +84,9 @@ class ShardRunner:
         return outcomes
 
     def run_next(self, hint: UUID | None) -> Outcome | None:
-        """Claim a shard and make one attempt at it; None if none is due, or we are blocked."""
+        """Claim a shard and make one attempt at it; None if none is due, or we may not claim."""
+        if not self.admitted():
+            return None
         held_since_s = time.monotonic()
         with self.database.transaction() as session:
             if workers.blocked(session, self.settings.worker_name) is not None:
