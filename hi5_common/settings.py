@@ -95,7 +95,13 @@ class Settings(BaseSettings):
     child_images: int = Field(1000, ge=1)
     """After so many images a render child makes room for a fresh one."""
     child_memory_mb: int = Field(8192, ge=256)
-    """A render child that has grown beyond this makes room for a fresh one."""
+    """A render child that has grown beyond this makes room for a fresh one, between two images."""
+    child_memory_limit_mb: int = Field(12288, ge=256)
+    """A render child that has grown beyond this is killed, and its image tried again."""
+    canary: bool = True
+    """Whether a worker must render a known scene right before it may claim a shard."""
+    child_network: bool = False
+    """Whether a render child may open network sockets; only a GPU driver may ever need them."""
     block_s: Seconds = 600
     """How long a machine claims nothing after three bad shards in a row; then twice that, and so
     on up to four hours."""
@@ -110,7 +116,13 @@ class Settings(BaseSettings):
         return lease_s
 
     def model_post_init(self, _context: Any, /) -> None:
-        """Refuse a renewal so slow that a healthy worker would fence itself."""
+        """Refuse a renewal so slow that a healthy worker fences itself, and limits at odds."""
+        if self.child_memory_limit_mb < self.child_memory_mb:
+            raise ValueError(
+                f"child_memory_limit_mb ({self.child_memory_limit_mb}) must be at least "
+                f"child_memory_mb ({self.child_memory_mb}): raise HI5_CHILD_MEMORY_LIMIT_MB or "
+                "lower HI5_CHILD_MEMORY_MB"
+            )
         if self.renew_s >= self.lease_s - self.fence_margin_s:
             raise ValueError(
                 f"renew_s ({self.renew_s}) must be below lease_s - {self.fence_margin_s:g} "

@@ -26,7 +26,7 @@ from hi5_common.export.coco import write_coco
 from hi5_common.export.label_table import write_label_table
 from hi5_common.own_places import entries_of
 from hi5_common.settings import RendererName, Settings
-from services.worker.outcome import failure_reason, write_atomically
+from services.worker.outcome import fault_of, write_atomically
 from services.worker.sample import Studio
 from services.worker.scene.sampling import Take
 from services.worker.studio import open_studio
@@ -122,7 +122,7 @@ def _render_one(
     try:
         sample = studio.make_sample(spec, plan, take, then=then)
     except Hi5Error as error:
-        tally.failures[take.index] = f"{failure_reason(error)}: {error}"
+        tally.failures[take.index] = f"{fault_of(error).value}: {error}"
         print(f"image {take.index}: {error}", file=sys.stderr)  # noqa: T201
         return
     write_atomically(images / sample.label.file_name, sample.image)

@@ -116,13 +116,15 @@ def test_a_poisoned_image_is_a_named_gap(database: Database, tmp_path: Path) -> 
     assert publication
     (gap,) = publication.gaps
     assert (publication.image_count, gap.index) == (1, 1)
-    assert gap.reason.startswith("failed 5 times: killed by SIGSEGV")
+    assert gap.reason.startswith("crash: failed 5 times; killed by SIGSEGV")
     with database.snapshot() as session:
         seen = datasets.get(session, made.id)
         history = events.of_dataset(session, made.id, 100)
     assert (seen.status, seen.images_done) == (DatasetStatus.COMPLETE_WITH_GAPS, 1)
     assert seen.images_missing == 1
-    assert any("image 1 is missing: failed 5 times" in str(event.detail) for event in history)
+    assert any(
+        "image 1 is missing: crash: failed 5 times" in str(event.detail) for event in history
+    )
 
 
 def test_an_image_that_cannot_be_made_is_drawn_again_and_the_row_says_so(
@@ -142,7 +144,7 @@ def test_a_poisoned_shard_fails_with_its_image(database: Database, tmp_path: Pat
     assert runner(database, Store(), tmp_path).run_next(None) is Outcome.FAILED
     shard = only_shard(database, made.id)
     assert shard.status is ShardStatus.FAILED
-    assert "image 0 failed 5 times: killed by SIGSEGV" in str(shard.failure_reason)
+    assert "image 0: crash: failed 5 times; killed by SIGSEGV" in str(shard.failure_reason)
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ def settings(folder: Path, **changes: object) -> Settings:
         "sweep_s": 1,
         "orphan_grace_s": 0,
         "render_threads": 1,
+        "canary": False,  # children that draw nothing would never pass; test_canary.py has it on
     }
     return Settings.model_validate(quick | changes)
 

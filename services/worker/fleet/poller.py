@@ -23,7 +23,7 @@ from hi5_common.db.engine import Database, open_database
 from hi5_common.domain.errors import Hi5Error
 from hi5_common.logs import configure_logging
 from hi5_common.settings import Settings
-from services.worker.fleet import drain
+from services.worker.fleet import admission, drain
 from services.worker.fleet.drain import Bell, DrainFlag
 from services.worker.fleet.heartbeat import Heartbeat
 from services.worker.fleet.slots import Slot, Slots
@@ -85,7 +85,8 @@ class Poller:
         except Hi5Error as error:
             log.warning("no look for work: %s", error, extra={"action": "poll_failed"})
             return False
-        self.heartbeat.beat(blocked and f"it claims nothing for a while: {blocked}")
+        refused = blocked or admission.refusal(self.slots.folder)
+        self.heartbeat.beat(refused and f"it claims nothing for a while: {refused}")
         return due
 
     def look(self) -> int:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from uuid import UUID
 
@@ -14,6 +14,7 @@ from hi5_common.db import datasets, errors, shards, workers
 from hi5_common.db.engine import Database, Session
 from hi5_common.domain import keys
 from hi5_common.domain.errors import TransientError
+from hi5_common.domain.faults import DISK_FULL
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Publication, Shard
 from hi5_common.domain.retry import FailureKind
@@ -28,6 +29,7 @@ from services.worker.fleet.attempt_errors import (
     DrainRequested,
     LeaseGone,
 )
+from services.worker.fleet.child_records import ChildLedger
 from services.worker.fleet.lease import Lease
 from services.worker.fleet.pack import PackedShard, pack
 from services.worker.fleet.render_process import RenderJob
@@ -62,6 +64,13 @@ class ShardRunner:
     settings: Settings
     owner: str
     draining: Callable[[], bool]
+    admitted: Callable[[], bool] = lambda: True
+    """Whether this worker has shown that it renders right; asked before each claim."""
+
+    @cached_property
+    def ledger(self) -> ChildLedger:
+        """What became of the render children of this process."""
+        return ChildLedger(self.settings.health_dir)
 
     def run_while_due(self, hint: UUID | None, most: int) -> list[Outcome]:
         """Work on the hinted shard if it is due, then on the oldest ones, up to `most` attempts."""
@@ -83,7 +92,9 @@ class ShardRunner:
             time.sleep(SETTLE_PAUSE_S)
 
     def run_next(self, hint: UUID | None) -> Outcome | None:
-        """Claim a shard and make one attempt at it; None if none is due, or we are blocked."""
+        """Claim a shard and make one attempt at it; None if none is due, or we may not claim."""
+        if not self.admitted():
+            return None
         held_since_s = time.monotonic()
         with self.database.transaction() as session:
             if workers.blocked(session, self.settings.worker_name) is not None:
@@ -145,14 +156,10 @@ class ShardRunner:
             folder=folder,
             extension=_EXTENSIONS[spec.image.format],
             command=(sys.executable, "-m", settings.child_module),
-            limits=Limits(
-                settings.image_timeout_s,
-                settings.child_images,
-                settings.child_memory_mb,
-                settings.drain_s,
-            ),
+            limits=Limits.of(settings),
             check=lease.check,
             draining=self.draining,
+            ended=self.ledger.add,
         )
 
     def _upload(self, shard: Shard, packed: PackedShard, lease: Lease) -> Publication:
@@ -210,6 +217,8 @@ def _classified(error: Exception) -> tuple[FailureKind, str]:
             return FailureKind.WRONG_BYTES, str(error)
         case StoreUnavailable() | StoreRefused():
             return FailureKind.STORE, str(error)
+        case OSError() if error.errno in DISK_FULL:
+            return FailureKind.DISK_FULL, str(error)
         case _:
             return FailureKind.INTERNAL, f"{type(error).__name__}: {error}"
 
