@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 
 from hi5_common.db import datasets, deliveries, errors, events, planned, shards
 from hi5_common.db.datasets import CreatedDataset, ShardPlan
-from hi5_common.db.events import Event
+from hi5_common.db.events import Event as Event  # part of this module's interface
 from hi5_common.db.quotas import Holding
 from hi5_common.domain.access import Caller
 from hi5_common.domain.records import Dataset, Shard, ShardStatus, Tallies
@@ -60,7 +60,9 @@ class OwnedDatasets:
     def retry_failed(self, dataset_id: UUID) -> int:
         """Make failed shards pending again; return how many."""
         self.require(dataset_id)
-        return datasets.retry_failed(self.session, dataset_id)
+        count = datasets.retry_failed(self.session, dataset_id)
+        self.session.expire_all()
+        return count
 
     def delete(self, dataset_id: UUID) -> None:
         """Delete a dataset. Raises DatasetInUse."""

@@ -63,6 +63,10 @@ class Caller:
         return self.sees_all or owner == self.owner
 
 
+SERVICE = Caller("service", LOCAL_OWNER, Scope.ADMIN)
+"""The service itself, about things that are one for all who may see a dataset."""
+
+
 def checked_owner(name: str) -> str:
     """Return an owner's name as it was given. Raises InvalidInput."""
     if not _OWNER.fullmatch(name):

@@ -9,6 +9,7 @@ from pydantic import Field
 from hi5_common.domain.strict import MAX_COUNT
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, SKELETON, Attribute
 from hi5_common.fairness.page import body
+from services.api.access.doors import Visiting
 from services.api.audit.routes import RETRY_AFTER_S, MaxImages
 from services.api.audit.service import audited
 from services.api.dashboard.charts import bar_chart, crossed, fixed, heat_table
@@ -18,7 +19,6 @@ from services.api.dashboard.shards import shard_board
 from services.api.datasets import service
 from services.api.datasets.schemas import DatasetPageQuery, DatasetView
 from services.api.paging import StrictQuery
-from services.api.parts import Wired
 
 router = APIRouter(include_in_schema=False)
 
@@ -33,10 +33,10 @@ class DatasetQuery(StrictQuery):
 
 @router.get("/")
 def show_datasets(
-    parts: Wired, request: Request, query: Annotated[DatasetPageQuery, Query()]
+    access: Visiting, request: Request, query: Annotated[DatasetPageQuery, Query()]
 ) -> Response:
     """Show datasets with their progress, the newest first."""
-    found = service.page(parts, query.limit + 1, query.after)
+    found = service.page(access, query.limit + 1, query.after)
     shown = [DatasetView.of(dataset) for dataset in found[: query.limit]]
     following = shown[-1].id if len(found) > query.limit else None
     return page(request, "datasets.html", datasets=shown, following=following, query=query)
@@ -44,22 +44,23 @@ def show_datasets(
 
 @router.get("/datasets/{dataset_id}")
 def show_dataset(
-    parts: Wired, request: Request, dataset_id: UUID, query: Annotated[DatasetQuery, Query()]
+    access: Visiting, request: Request, dataset_id: UUID, query: Annotated[DatasetQuery, Query()]
 ) -> Response:
     """Show one dataset: progress, shards, balance, pairs, pictures."""
-    dataset = service.get(parts, dataset_id)
-    found = parts.balances.of(dataset_id)
+    dataset = service.get(access, dataset_id)
+    with access.snapshot() as mine:
+        found = access.parts.balances.of(mine, dataset_id)
     among = crossed(found)
     return page(
         request,
         "dataset.html",
         dataset=DatasetView.of(dataset),
-        board=shard_board(parts, dataset_id),
+        board=shard_board(access, dataset_id),
         balance=found,
         charts=[bar_chart(table) for table in found.attributes if table.attributes[0] in among],
         fixed=fixed(found),
         heat=heat_table(found, query.a, query.b),
-        gallery=gallery(parts, dataset_id, parts.plans.of(dataset.spec), query.from_),
+        gallery=gallery(access, dataset_id, access.parts.plans.of(dataset.spec), query.from_),
         query=query,
         attributes=among,
         more=[attribute for attribute in among if attribute not in ALWAYS_BALANCED],
@@ -68,9 +69,11 @@ def show_dataset(
 
 
 @router.get("/datasets/{dataset_id}/audit")
-def show_audit(parts: Wired, request: Request, dataset_id: UUID, max_images: MaxImages) -> Response:
+def show_audit(
+    access: Visiting, request: Request, dataset_id: UUID, max_images: MaxImages
+) -> Response:
     """Show what delivered labels say of a dataset's balance, or that this is being counted."""
-    found = audited(parts, dataset_id, max_images)
+    found = audited(access, dataset_id, max_images)
     return page(
         request,
         "dataset_audit.html",
