@@ -15,10 +15,12 @@ from rich.table import Table
 from hi5_common.cli import console
 from hi5_common.cli.console import Json
 from hi5_common.cli.options import DataDirOption, JsonOption
+from hi5_common.cli.target import NoServiceRuns
 from hi5_common.db import keys
 from hi5_common.db.engine import Database, open_database
 from hi5_common.db.keys import ApiKey, Granted, MadeKey
 from hi5_common.domain.access import Quota, Scope
+from hi5_common.domain.api_key import parse_key
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.settings import Settings
 
@@ -109,6 +111,20 @@ def rotate(
         else:
             keys.expire_in(session, key_id, overlap_s)
     _print_made(made, as_json)
+
+
+@app.command("link")
+def link(data_dir: DataDirOption = None) -> None:
+    """Print an address that signs a browser in to the local `hi5 up`, once."""
+    from hi5_common.cli.stack import connection, own_key
+
+    running = connection.find(data_dir)
+    known = parse_key(running.key) if running is not None else None
+    if running is None or known is None:
+        raise NoServiceRuns(data_dir or Settings().data_dir)
+    with _database(data_dir) as database:
+        found = own_key.one_time_link(database, running.url, known.id)
+    console.out.print(found, markup=False)
 
 
 @contextmanager
