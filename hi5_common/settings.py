@@ -12,7 +12,10 @@ from pydantic.fields import FieldInfo
 from pydantic_settings import BaseSettings, PydanticBaseSettingsSource, SettingsConfigDict
 
 PREFIX = "HI5_"
-SECRET_FIELDS = ("database_url", "broker_url", "s3_access_key_id", "s3_secret_access_key")
+SECRET_FIELDS = (
+    *("database_url", "broker_url", "s3_access_key_id", "s3_secret_access_key"),
+    *("api_key", "admin_key"),
+)
 """Settings that may also come from the file named by HI5_<NAME>_FILE."""
 
 Seconds = Annotated[float, Field(gt=0)]
@@ -57,6 +60,11 @@ class Settings(BaseSettings):
     s3_secret_access_key: str | None = Field(None, repr=False)
     s3_region: str = "us-east-1"
     s3_allow_http: bool = False
+
+    api_key: str | None = Field(None, repr=False)
+    """What the command `hi5` shows to the service."""
+    admin_key: str | None = Field(None, repr=False)
+    """A key that migrating makes known to the database, as an administrator's."""
 
     renderer: RendererName = RendererName.CYCLES
     child_module: str = Field("services.worker.render_child", pattern=r"^[A-Za-z_][\w.]*$")

@@ -38,6 +38,7 @@ COMMANDS = {
     "assets": "assets.app",
     "audit": "audit.audit",
     "card": "card.card",
+    "keys": "keys.app",
     "migrate": "migrate.migrate",
     "doctor": "doctor.doctor",
     "demo": "demo.demo",

@@ -2,7 +2,8 @@
 
 import time
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import contextmanager
 from datetime import datetime
 from typing import Any, Self
 from urllib.parse import quote
@@ -23,6 +24,8 @@ from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.workers import WorkerList
 
 TRIES = 4
+LONGEST_WAIT_S = 60.0
+"""However much longer a service asks to be left alone."""
 _TIMEOUT = httpx.Timeout(30, connect=5)
 _BLOCK_BYTES = 1 << 20
 
@@ -31,8 +34,22 @@ class RequestRefused(PermanentError):
     """The service refuses the request."""
 
 
+class KeyWanted(PermanentError):
+    """The service does not know who asks."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(
+            f"The service wants a key that it knows. {reason} The file of --key-file, HI5_API_KEY "
+            "or HI5_API_KEY_FILE can give one; `hi5 keys create` beside its database makes one."
+        )
+
+
 class ServiceBusy(TransientError):
     """The service cannot answer now. Try again; `hi5 doctor` says what does not work."""
+
+    def __init__(self, message: str, retry_after_s: float | None = None) -> None:
+        self.retry_after_s = retry_after_s
+        super().__init__(message)
 
 
 class DatasetLine(BaseModel):
@@ -47,12 +64,21 @@ class DatasetLine(BaseModel):
 
 
 class Service:
-    """A running hi5. Every method raises ServiceUnreachable, ServiceBusy or InvalidInput."""
+    """A running hi5. Every method raises ServiceUnreachable, ServiceBusy, KeyWanted, InvalidInput.
 
-    def __init__(self, url: str, transport: httpx.BaseTransport | None = None) -> None:
+    key: sent to this service alone, wherever its answers lead; None sends none.
+    """
+
+    def __init__(
+        self, url: str, key: str | None, transport: httpx.BaseTransport | None = None
+    ) -> None:
         self.url = url.rstrip("/")
         self._client = httpx.Client(
-            base_url=self.url, timeout=_TIMEOUT, transport=transport, follow_redirects=True
+            base_url=self.url,
+            timeout=_TIMEOUT,
+            transport=transport,
+            follow_redirects=True,
+            auth=None if key is None else _KeyOf(httpx.URL(self.url), key),
         )
 
     def __enter__(self) -> Self:
@@ -135,17 +161,29 @@ class Service:
         Raises FileNotFoundError for a 404, TransferBroken when the body ends too early.
         """
         try:
-            with self._client.stream("GET", address) as answer:
-                if answer.status_code == httpx.codes.NOT_FOUND:
-                    raise FileNotFoundError(address)
-                if answer.is_error:
-                    answer.read()
-                    raise _refusal(answer)
+            with self._opened(address) as answer:
                 yield from answer.iter_bytes(_BLOCK_BYTES)
         except (httpx.ReadError, httpx.RemoteProtocolError) as error:
             raise TransferBroken from error
         except httpx.TransportError as error:
             raise ServiceUnreachable(self.url, _reason(error)) from error
+
+    @contextmanager
+    def _opened(self, address: str) -> Iterator[httpx.Response]:
+        """Yield an answer to be read; waits as long as the service asks for."""
+        for tries_left in reversed(range(TRIES)):
+            with self._client.stream("GET", address) as answer:
+                if answer.status_code == httpx.codes.NOT_FOUND:
+                    raise FileNotFoundError(address)
+                if not answer.is_error:
+                    yield answer
+                    return
+                answer.read()
+            refusal = _refusal(answer)
+            wait_s = refusal.retry_after_s if isinstance(refusal, ServiceBusy) else None
+            if wait_s is None or not tries_left:
+                raise refusal
+            time.sleep(wait_s)
 
     def _manifest(self, address: str) -> Manifest:
         return Manifest.model_validate(self._json("GET", address))
@@ -159,6 +197,8 @@ class Service:
         for attempt in range(TRIES - 1):
             try:
                 return self._send_once(method, address, **options)
+            except ServiceBusy as error:
+                time.sleep(error.retry_after_s or 0.2 * 2**attempt)
             except TransientError:
                 time.sleep(0.2 * 2**attempt)
         return self._send_once(method, address, **options)
@@ -173,6 +213,18 @@ class Service:
         return answer
 
 
+class _KeyOf(httpx.Auth):
+    """Shows a key to one service, and to no other that an address or a redirection names."""
+
+    def __init__(self, service: httpx.URL, key: str) -> None:
+        self._origin, self._key = _origin(service), key
+
+    def auth_flow(self, request: httpx.Request) -> Generator[httpx.Request, httpx.Response]:
+        if _origin(request.url) == self._origin:
+            request.headers["Authorization"] = f"Bearer {self._key}"
+        yield request
+
+
 class _FieldProblem(BaseModel):
     model_config = ConfigDict(extra="ignore")
     field: str
@@ -183,12 +235,25 @@ class _FieldProblem(BaseModel):
 def _refusal(answer: httpx.Response) -> Exception:
     """Turn problem details (RFC 9457) back into the error they came from."""
     details = _problem_details(answer)
+    if answer.status_code == httpx.codes.UNAUTHORIZED:
+        return KeyWanted(str(details.get("detail", "")))
+    if answer.status_code == httpx.codes.TOO_MANY_REQUESTS:
+        return ServiceBusy(str(details.get("detail", "Too many requests.")), _wait_s(answer))
     problems = [_FieldProblem.model_validate(item) for item in details.get("problems", ())]
     if problems:
         return InvalidInput([Problem(item.field, item.value, item.remedy) for item in problems])
     title = details.get("title", answer.reason_phrase)
     message = f"{title} ({answer.status_code}): {details.get('detail', answer.text[:200])}"
     return ServiceBusy(message) if answer.is_server_error else RequestRefused(message)
+
+
+def _wait_s(answer: httpx.Response) -> float:
+    asked = answer.headers.get("retry-after", "1")
+    return min(LONGEST_WAIT_S, max(1.0, float(asked) if asked.isdecimal() else 1.0))
+
+
+def _origin(url: httpx.URL) -> tuple[str, str, int | None]:
+    return url.scheme, url.host, url.port
 
 
 def _problem_details(answer: httpx.Response) -> Mapping[str, Any]:

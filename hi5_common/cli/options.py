@@ -28,6 +28,12 @@ DataDirOption = Annotated[
     Path | None,
     typer.Option("--data-dir", help="Data folder of `hi5 up` (HI5_DATA_DIR, else per user)."),
 ]
+KeyFileOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--key-file", help="File with the API key; else HI5_API_KEY, or that of the local `hi5 up`."
+    ),
+]
 DirectOption = Annotated[
     bool,
     typer.Option("--direct", help="Read database and store themselves; no service needs to run."),

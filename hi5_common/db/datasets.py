@@ -12,8 +12,9 @@ from sqlalchemy import insert, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from hi5_common.db import clock, deliveries, errors, events, extending, planned, rows
+from hi5_common.db import clock, deliveries, errors, events, extending, planned, quotas, rows
 from hi5_common.db.extending import TakenOver
+from hi5_common.db.quotas import LOCAL_HOLDING, Holding
 from hi5_common.db.tables import (
     DatasetRow,
     DeletedDatasetRow,
@@ -24,6 +25,7 @@ from hi5_common.db.tables import (
     ShardRow,
 )
 from hi5_common.domain import lifecycle
+from hi5_common.domain.cost import cost_of
 from hi5_common.domain.lifecycle import DatasetEvent, Transition
 from hi5_common.domain.records import Dataset, Publication, ShardStatus, Tallies
 from hi5_common.domain.sharding import ShardRange
@@ -59,26 +61,31 @@ def create(
     spec: DatasetSpec,
     plan: ShardPlan,
     *,
+    holding: Holding = LOCAL_HOLDING,
     idempotency_key: str | None = None,
     now: datetime | None = None,
 ) -> CreatedDataset:
     """Insert a dataset and all its shards; `now` is the database's own time unless given.
 
-    Shards of a complete dataset of just the spec that this one extends are done from the first.
-    The same key with the same spec returns the dataset it made before. Raises
-    IdempotencyConflict if the key belongs to another spec.
+    Shards of the owner's complete dataset of just the spec that this one extends are done from the
+    first. The owner's same key with the same spec returns the dataset it made before. Raises
+    IdempotencyConflict if the key belongs to another spec, QuotaExceeded.
     """
-    earlier = _of_key(session, idempotency_key)
+    earlier = _of_key(session, holding.owner, idempotency_key)
     if earlier is not None:
         return _same_again(session, earlier, spec, idempotency_key)
+    quotas.require_room(session, holding, cost_of(spec))
     moment = now or session.scalars(select(clock.now())).one()
     dataset_id, cuts = _new_id(moment), tuple(plan.shards())
-    taken = extending.taken_over(session, spec, plan, frozenset(cuts))
+    taken = extending.taken_over(session, holding.owner, spec, plan, frozenset(cuts))
+    stored_key = _stored_key(holding.owner, idempotency_key)
     try:
         with session.begin_nested():
-            _insert_dataset(session, dataset_id, spec, idempotency_key, moment, taken)
+            values = _dataset_values(dataset_id, spec, moment, taken)
+            values |= {"owner": holding.owner, "idempotency_key": stored_key}
+            session.execute(insert(DatasetRow).values(values))
     except IntegrityError:  # another request used the key between our look and our insert
-        earlier = _of_key(session, idempotency_key)
+        earlier = _of_key(session, holding.owner, idempotency_key)
         if earlier is None:
             raise
         return _same_again(session, earlier, spec, idempotency_key)
@@ -101,9 +108,20 @@ def spec(session: Session, dataset_id: UUID) -> DatasetSpec:
     return DatasetSpec.model_validate_json(_row(session, dataset_id).spec)
 
 
-def page(session: Session, limit: int, after_id: UUID | None = None) -> list[Dataset]:
-    """Return the newest datasets first; `after_id` is the last one of the page before."""
+def owner_of(session: Session, dataset_id: UUID) -> str:
+    """Return whose a dataset is. Raises DatasetNotFound."""
+    return _row(session, dataset_id).owner
+
+
+def page(
+    session: Session, limit: int, after_id: UUID | None = None, owner: str | None = None
+) -> list[Dataset]:
+    """Return the newest datasets first, an owner's or all; `after_id` is the last one of the page
+    before.
+    """
     query = select(DatasetRow)
+    if owner is not None:
+        query = query.where(DatasetRow.owner == owner)
     if after_id is not None:
         query = query.where(DatasetRow.id < after_id)
     found = session.scalars(query.order_by(DatasetRow.id.desc()).limit(limit))
@@ -206,10 +224,16 @@ def _row(session: Session, dataset_id: UUID) -> DatasetRow:
     return row
 
 
-def _of_key(session: Session, key: str | None) -> DatasetRow | None:
+def _of_key(session: Session, owner: str, key: str | None) -> DatasetRow | None:
     if key is None:
         return None
-    return session.scalar(select(DatasetRow).where(DatasetRow.idempotency_key == key))
+    stored = _stored_key(owner, key)
+    return session.scalar(select(DatasetRow).where(DatasetRow.idempotency_key == stored))
+
+
+def _stored_key(owner: str, key: str | None) -> str | None:
+    """Return a key under its owner's name, which has no slash."""
+    return None if key is None else f"{owner}/{key}"
 
 
 def _same_again(
@@ -220,24 +244,19 @@ def _same_again(
     return CreatedDataset(_records(session, [row])[0], created=False)
 
 
-def _insert_dataset(
-    session: Session,
-    dataset_id: UUID,
-    asked: DatasetSpec,
-    key: str | None,
-    moment: datetime,
-    taken: TakenOver | None,
-) -> None:
-    session.execute(
-        insert(DatasetRow).values(
-            id=dataset_id,
-            spec=asked.canonical_json(),
-            image_count=asked.count,
-            idempotency_key=key,
-            created_at=moment,
-            extends_id=taken.base_id if taken else None,
-        )
-    )
+def _dataset_values(
+    dataset_id: UUID, asked: DatasetSpec, moment: datetime, taken: TakenOver | None
+) -> dict[str, Any]:
+    cost = cost_of(asked)
+    return {
+        "id": dataset_id,
+        "spec": asked.canonical_json(),
+        "image_count": asked.count,
+        "pixels": cost.pixels,
+        "samples": cost.samples,
+        "created_at": moment,
+        "extends_id": taken.base_id if taken else None,
+    }
 
 
 def _insert_shards(

@@ -73,3 +73,18 @@ class UnknownRevision(PermanentError):
     """The database is at a revision that this hi5 does not know: it was made by a newer one.
     Run that version, or name another database in HI5_DATABASE_URL.
     """
+
+
+class QuotaExceeded(InvalidInput):
+    """A dataset is more than its owner may still have."""
+
+
+class KeyRefused(PermanentError):
+    """A key, session or link that is not valid, or no longer."""
+
+
+class KeyNotFound(InvalidInput):
+    """There is no key with this id."""
+
+    def __init__(self, key_id: str) -> None:
+        super().__init__([Problem("ID", key_id, "Give an id as `hi5 keys list` prints it.")])

@@ -33,15 +33,15 @@ class TakenOver:
 
 
 def taken_over(
-    session: Session, spec: DatasetSpec, plan: PlanOfMore, cuts: frozenset[ShardRange]
+    session: Session, owner: str, spec: DatasetSpec, plan: PlanOfMore, cuts: frozenset[ShardRange]
 ) -> TakenOver | None:
-    """Return what the newest complete dataset of just the spec that a spec extends gives it.
+    """Return what the owner's newest complete dataset of just the spec extended gives a new one.
 
     None if there is no such dataset, or if what it has published is not what is planned now (by
     another version of hi5: other cuts, or other images): then all is rendered again. Its row stays
     locked until the commit: it cannot be deleted meanwhile.
     """
-    base_id = _complete(session, spec)
+    base_id = _complete(session, owner, spec)
     if spec.extends is None or base_id is None:
         return None
     published = _publications(session, base_id)
@@ -58,13 +58,14 @@ def is_extended(session: Session, dataset_id: UUID) -> bool:
     return session.scalar(mine) is not None
 
 
-def _complete(session: Session, spec: DatasetSpec) -> UUID | None:
+def _complete(session: Session, owner: str, spec: DatasetSpec) -> UUID | None:
     if spec.extends is None:
         return None
     found = (
         select(DatasetRow.id)
         .join(DeliveryRow, DeliveryRow.dataset_id == DatasetRow.id)
         .where(
+            DatasetRow.owner == owner,
             DatasetRow.image_count == spec.extends.count,
             DatasetRow.spec == spec.extends.canonical_json(),
             DeliveryRow.images_done == DatasetRow.image_count,

@@ -13,10 +13,13 @@ from alembic.script import ScriptDirectory
 from alembic.util import CommandError
 from sqlalchemy import Connection, text
 
-from hi5_common.db import errors
+from hi5_common.db import errors, keys
 from hi5_common.db.engine import make_write_ahead, open_database, reached
+from hi5_common.db.keys import Granted
+from hi5_common.domain.access import LOCAL_OWNER, Scope
 from hi5_common.settings import Settings
 
+ADMIN_NOTE = "HI5_ADMIN_KEY"
 _LOCK = 7_435_001  # any fixed number: migrations of hi5 exclude each other
 
 
@@ -45,15 +48,33 @@ def head() -> str | None:
     return ScriptDirectory.from_config(_config()).get_current_head()
 
 
+def register_admin(url: str, text: str | None) -> None:
+    """Make the key of HI5_ADMIN_KEY known, if one is given; one that was revoked stays revoked.
+
+    Raises InvalidInput for what is no key.
+    """
+    if text is None:
+        return
+    database = open_database(url)
+    try:
+        with database.transaction() as session:
+            keys.register(session, text, Granted(LOCAL_OWNER, Scope.ADMIN, note=ADMIN_NOTE))
+    finally:
+        database.dispose()
+
+
 def main(arguments: list[str]) -> int:
     """Run one command against HI5_DATABASE_URL."""
     parser = argparse.ArgumentParser(prog="hi5_common.db.migrate", description=__doc__)
     parser.add_argument("command", choices=("upgrade", "downgrade", "current"))
     parser.add_argument("revision", nargs="?")
     asked = parser.parse_args(arguments)
-    url = Settings().resolved_database_url
+    settings = Settings()
+    url = settings.resolved_database_url
     if asked.command == "upgrade":
         upgrade(url, asked.revision or "head")
+        if asked.revision is None:
+            register_admin(url, settings.admin_key)
     elif asked.command == "downgrade":
         downgrade(url, asked.revision or "-1")
     sys.stdout.write(f"{current(url) or 'empty'}\n")

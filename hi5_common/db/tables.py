@@ -21,6 +21,7 @@ from sqlalchemy import (
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from hi5_common.db.clock import UtcTime
+from hi5_common.domain.access import LOCAL_OWNER
 
 # SQLite counts rows only in a column of exactly this type.
 RowNumber = BigInteger().with_variant(Integer(), "sqlite")
@@ -43,12 +44,17 @@ class Base(DeclarativeBase):
 class DatasetRow(Base):
     """A submitted spec. Its state is never stored: it is derived from its shards.
 
+    idempotency_key: the owner's name, a slash and the key, so that owners' keys never meet.
+    pixels, samples: of all its images, as quotas count them (domain/cost.py).
     extends_id: the dataset whose objects are those of its first shards too. No foreign key: SQLite
     cannot take one off again, and `extending.py` locks that dataset's row instead.
     """
 
     __tablename__ = "dataset"
-    __table_args__ = (CheckConstraint("image_count > 0", name="has_images"),)
+    __table_args__ = (
+        CheckConstraint("image_count > 0", name="has_images"),
+        Index("ix_dataset_owner_id", "owner", "id"),
+    )
 
     id: Mapped[UUID] = mapped_column(Uuid, primary_key=True)
     spec: Mapped[str] = mapped_column(Text)
@@ -57,6 +63,9 @@ class DatasetRow(Base):
     created_at: Mapped[datetime] = mapped_column(UtcTime)
     cancel_requested_at: Mapped[datetime | None] = mapped_column(UtcTime)
     extends_id: Mapped[UUID | None] = mapped_column(Uuid, index=True)
+    owner: Mapped[str] = mapped_column(String(40), server_default=LOCAL_OWNER)
+    pixels: Mapped[int] = mapped_column(BigInteger, server_default="0")
+    samples: Mapped[int] = mapped_column(BigInteger, server_default="0")
 
 
 class ShardRow(Base):
@@ -162,6 +171,42 @@ class PlannedRow(Base):
         ForeignKey("dataset.id", ondelete="CASCADE"), primary_key=True
     )
     tallies: Mapped[dict[str, Any]] = mapped_column(JSON)
+
+
+class ApiKeyRow(Base):
+    """A key to the API: who has it and what it allows. The key itself is nowhere, only its SHA-256.
+
+    max_*: quotas over all datasets of the owner; none where NULL. last_used_at: coarse.
+    """
+
+    __tablename__ = "api_key"
+
+    id: Mapped[str] = mapped_column(String(16), primary_key=True)
+    secret_sha256: Mapped[str] = mapped_column(String(64))
+    owner: Mapped[str] = mapped_column(String(40), index=True)
+    scope: Mapped[str] = mapped_column(String(8))
+    note: Mapped[str] = mapped_column(String(100))
+    created_at: Mapped[datetime] = mapped_column(UtcTime)
+    expires_at: Mapped[datetime | None] = mapped_column(UtcTime)
+    revoked_at: Mapped[datetime | None] = mapped_column(UtcTime)
+    last_used_at: Mapped[datetime | None] = mapped_column(UtcTime)
+    max_images: Mapped[int | None] = mapped_column(BigInteger)
+    max_pixels: Mapped[int | None] = mapped_column(BigInteger)
+    max_samples: Mapped[int | None] = mapped_column(BigInteger)
+
+
+class BrowserTokenRow(Base):
+    """What a browser shows instead of a key: a session's cookie, or the token of a one-time link.
+
+    Known by its SHA-256, and worth no more than the key it stands for.
+    """
+
+    __tablename__ = "browser_token"
+
+    sha256: Mapped[str] = mapped_column(String(64), primary_key=True)
+    kind: Mapped[str] = mapped_column(String(8))
+    key_id: Mapped[str] = mapped_column(ForeignKey("api_key.id", ondelete="CASCADE"), index=True)
+    expires_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
 
 
 class EventRow(Base):

@@ -13,6 +13,7 @@ from starlette.routing import Match
 from hi5_common.db import errors as db_errors
 from hi5_common.domain.errors import Hi5Error, InvalidInput, Problem, TransientError
 from hi5_common.storage.errors import ObjectMissing, WrongBytes
+from services.api.access.pages import SeeOther
 from services.api.problems import ApiError, problem_response
 
 log = logging.getLogger(__name__)
@@ -28,7 +29,9 @@ def install(app: FastAPI) -> None:
 
 
 def handle(request: Request, error: Exception) -> Response:
-    """Render one error as problem details."""
+    """Render one error as problem details, or lead to another address."""
+    if isinstance(error, SeeOther):
+        return error.response()
     return problem_response(as_api_error(request, error), request.url.path)
 
 
@@ -71,12 +74,8 @@ def _not_found(error: db_errors.DatasetNotFound | db_errors.WorkerNotFound) -> A
 
 def _domain_error(error: Hi5Error) -> ApiError:
     match error:
-        case db_errors.IdempotencyConflict():
-            return ApiError(409, "conflict", "Idempotency key in use", error.problems)
-        case db_errors.ImageNotFound():
-            return ApiError(404, "not-found", "No such image", error.problems)
         case InvalidInput():
-            return _invalid(error.problems)
+            return _input_error(error)
         case db_errors.DatasetInUse():
             remedy = "Another dataset extends it and has its images: delete that one first."
             problem = Problem("dataset_id", str(error.dataset_id), remedy)
@@ -101,6 +100,18 @@ def _domain_error(error: Hi5Error) -> ApiError:
             return ApiError(404, "object-lost", "Published file lost", detail=detail)
         case _:
             return internal_error(error)
+
+
+def _input_error(error: InvalidInput) -> ApiError:
+    match error:
+        case db_errors.IdempotencyConflict():
+            return ApiError(409, "conflict", "Idempotency key in use", error.problems)
+        case db_errors.QuotaExceeded():
+            return ApiError(403, "quota", "More than the owner may have", error.problems)
+        case db_errors.ImageNotFound():
+            return ApiError(404, "not-found", "No such image", error.problems)
+        case _:
+            return _invalid(error.problems)
 
 
 def _invalid(problems: Sequence[Problem]) -> ApiError:

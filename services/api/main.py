@@ -15,6 +15,10 @@ from hi5_common.settings import Settings
 from hi5_common.storage.open import open_store
 from hi5_common.version import hi5_version
 from services.api import errors
+from services.api.access.doors import require_doors
+from services.api.access.gate import Gate
+from services.api.access.log_filter import hide_tokens
+from services.api.access.routes import router as access
 from services.api.audit.routes import router as audit
 from services.api.balance.routes import router as balance
 from services.api.cards.routes import router as cards
@@ -49,11 +53,13 @@ ROUTERS = (
     workers,
     health,
     dashboard,
+    access,
 )
 
 
 def create_app() -> FastAPI:
     """Read the settings and open what they name; nothing is contacted before a request."""
+    hide_tokens()
     settings = Settings()
     parts = Parts.of(
         settings,
@@ -84,9 +90,12 @@ def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
         responses={"default": {"model": ProblemDetails, "content": {MEDIA_TYPE: {}}}},
     )
     app.state.parts = parts
+    app.state.api_settings = api_settings
+    app.state.gate = Gate(parts.database, api_settings)
     app.state.max_body_bytes = api_settings.max_body_bytes
     app.state.max_audit_images = api_settings.max_audit_images
     errors.install(app)
+    require_doors(ROUTERS)
     for router in ROUTERS:
         app.include_router(router)
     app.mount("/static", pages.static_files(), name="static")

@@ -50,7 +50,7 @@ class Parts:
             plans,
             Members(store),
             audits,
-            Balances(database),
+            Balances(),
         )
 
     def announce(self, shard_ids: Sequence[UUID]) -> None:

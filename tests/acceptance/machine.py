@@ -63,16 +63,17 @@ class Machine:
 
     data_dir: Path
     url: str
+    key: str
 
     def hi5(self, *arguments: str | Path, check: bool = True) -> Finished:
-        return hi5(*arguments, "--url", self.url, check=check)
+        return hi5(*arguments, "--url", self.url, "--data-dir", self.data_dir, check=check)
 
     def submit(self, spec: Path) -> UUID:
-        with Service(self.url) as service:
+        with Service(self.url, self.key) as service:
             return service.submit(load_spec(spec), None)
 
     def progress(self, dataset_id: UUID) -> Progress:
-        with Service(self.url) as service:
+        with Service(self.url, self.key) as service:
             return service.manifest(dataset_id).progress
 
     def audit(self, dataset_id: UUID | str) -> dict[str, Any]:
@@ -85,8 +86,8 @@ def machine(
     folder: Path, *, workers: int = 2, renderer: RendererName = RendererName.CYCLES
 ) -> Iterator[Machine]:
     """Run `hi5 up` in a folder for the length of the block."""
-    with running_stack(folder, workers=workers, renderer=renderer) as url:
-        yield Machine(folder, url)
+    with running_stack(folder, workers=workers, renderer=renderer) as found:
+        yield Machine(folder, found.url, found.key)
 
 
 def write_spec(path: Path, **fields: object) -> Path:

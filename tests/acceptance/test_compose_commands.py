@@ -89,6 +89,21 @@ def healthy_service(
             raise
 
 
+def test_no_log_knows_the_first_key(servers: Servers, tmp_path: Path) -> None:
+    key = servers.file.secrets["admin_key"].read_text()
+    with healthy_service("api", servers, tmp_path) as (_, environment):
+        base = f"http://{LOOPBACK}:{environment['UVICORN_PORT']}"
+        for shown in (f"Bearer {key}", f"Bearer {key}x", f"Basic {key}"):
+            httpx.get(f"{base}/v1/datasets", headers={"Authorization": shown})
+        form = {"key": key}
+        entered = httpx.post(f"{base}/login", data=form, headers={"Origin": base})
+        assert entered.status_code == httpx.codes.SEE_OTHER
+    log = (tmp_path / "output.log").read_text()
+    assert log.count("/v1/datasets") == 3
+    session = entered.headers["set-cookie"].partition("=")[2].partition(";")[0]
+    assert [secret for secret in (key.split("_")[2], session) if secret in log] == []
+
+
 def test_migrating_again_changes_nothing(servers: Servers, tmp_path: Path) -> None:
     done = run("migrate", servers, tmp_path)
     assert done.returncode == 0, done.stderr
@@ -129,7 +144,10 @@ def test_the_services_make_a_dataset_together(servers: Servers, tmp_path: Path) 
             for name in LONG_RUNNING
         }
         base = f"http://{LOOPBACK}:{environments['api']['UVICORN_PORT']}"
-        with httpx.Client(base_url=base, timeout=30) as client:
+        key = servers.file.secrets["admin_key"].read_text()
+        assert httpx.get(f"{base}/v1/datasets").status_code == httpx.codes.UNAUTHORIZED
+        headers = {"Authorization": f"Bearer {key}"}
+        with httpx.Client(base_url=base, timeout=30, headers=headers) as client:
             created = client.post("/v1/datasets", json=SPEC)
             assert created.status_code == httpx.codes.CREATED, created.text
             place = created.headers["location"]

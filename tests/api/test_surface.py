@@ -7,6 +7,7 @@ import httpx
 import pytest
 
 from hi5_common.db.engine import open_database
+from hi5_common.domain.api_key import ID_BYTES, SECRET_BYTES, key_text
 from hi5_common.domain.vocabulary import KEYPOINTS, VALUES
 from hi5_common.queue.errors import BrokerUnavailable
 from hi5_common.queue.memory import MemoryDoorbell
@@ -16,8 +17,9 @@ from services.api import healthcheck
 from services.api.main import assemble
 from services.api.parts import Parts
 from services.api.settings import ApiSettings
-from tests.api.world import World, serving
+from tests.api.world import World, bearer, serving
 
+KEY = key_text(bytes(ID_BYTES + SECRET_BYTES))
 STATIC = Path(__file__).parents[2] / "services/api/dashboard"
 
 
@@ -107,7 +109,10 @@ def test_a_database_without_tables_is_not_ready_and_says_so(tmp_path: Path) -> N
     database = open_database(settings.resolved_database_url)
     parts = Parts.of(settings, database, LocalFolder(tmp_path / "store"), MemoryDoorbell())
     with serving(assemble(parts, ApiSettings())) as url:
-        ready, listed = httpx.get(f"{url}/readyz"), httpx.get(f"{url}/v1/datasets")
+        ready, listed = (
+            httpx.get(f"{url}/readyz"),
+            httpx.get(f"{url}/v1/datasets", headers=bearer(KEY)),
+        )
     assert ready.status_code == 503
     assert "hi5 migrate" in ready.json()["parts"]["database"]["detail"]
     assert listed.status_code == 503

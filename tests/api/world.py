@@ -19,8 +19,11 @@ import uvicorn
 from fastapi import FastAPI
 
 from hi5_common.db import datasets, migrate, shards
+from hi5_common.db import keys as keys_of_api
 from hi5_common.db.engine import open_database
+from hi5_common.db.keys import Granted
 from hi5_common.domain import keys, tallies
+from hi5_common.domain.access import LOCAL_OWNER, Scope
 from hi5_common.domain.labels import ImageLabel
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import (
@@ -43,6 +46,7 @@ from tests.unit.export import factories
 
 OWNER = "test-worker"
 LEASE_S = 60.0
+ANY_RATE = "1000000/second"
 SPEC: Mapping[str, Any] = {
     "name": "test",
     "count": 12,
@@ -173,8 +177,19 @@ def _put(store: LocalFolder, key: str, data: bytes) -> StoredObject:
     return StoredObject(key, len(data), sha256)
 
 
+def make_key(parts: Parts, owner: str = LOCAL_OWNER, scope: Scope = Scope.WRITE) -> str:
+    """Return a new key."""
+    with parts.database.transaction() as session:
+        return keys_of_api.create(session, Granted(owner, scope)).text
+
+
+def bearer(key: str) -> dict[str, str]:
+    """Return the header that shows a key."""
+    return {"Authorization": f"Bearer {key}"}
+
+
 @contextmanager
-def a_world(folder: Path, **api: int) -> Iterator[World]:
+def a_world(folder: Path, **api: float | str) -> Iterator[World]:
     """Start an API over an empty database and store in `folder`; stop it at the end.
 
     api: the API's own settings that are not as they come.
@@ -185,8 +200,11 @@ def a_world(folder: Path, **api: int) -> Iterator[World]:
     database = open_database(settings.database_url)
     parts = Parts.of(settings, database, store, doorbell)
     try:
-        app = assemble(parts, ApiSettings().model_copy(update=api))
-        with serving(app) as url, httpx.Client(base_url=url) as client:
+        app = assemble(
+            parts, ApiSettings().model_copy(update={"rate": ANY_RATE, "key_cache_s": 0, **api})
+        )
+        key = make_key(parts)
+        with serving(app) as url, httpx.Client(base_url=url, headers=bearer(key)) as client:
             yield World(parts, doorbell, store, client)
     finally:
         database.dispose()

@@ -148,6 +148,19 @@ def test_secrets_agree_with_each_other(tmp_path: Path) -> None:
     assert set(text) == set(ComposeFile(FILE.services, FILE.secrets, FILE.raw).secrets)
 
 
+def test_the_first_key_is_a_key_and_only_migrating_sees_it(tmp_path: Path) -> None:
+    from hi5_common.domain.api_key import parse_key
+
+    made = []
+    for name in ("a", "b"):
+        make_secrets(tmp_path / name)
+        made.append(parse_key((tmp_path / name / "admin_key").read_text()))
+    assert None not in made
+    assert made[0] != made[1]
+    readers = {name for name, each in FILE.services.items() if "admin_key" in str(each.raw)}
+    assert readers == {"migrate"}
+
+
 def test_secrets_are_kept_from_other_users_and_readable_in_a_container(tmp_path: Path) -> None:
     folder = tmp_path / "secrets"
     make_secrets(folder)

@@ -19,6 +19,7 @@ from hi5_common.cli.options import (
     DatasetArgument,
     DirectOption,
     JsonOption,
+    KeyFileOption,
     UrlOption,
     dataset_id,
 )
@@ -49,6 +50,7 @@ def audit(
     as_json: JsonOption = False,
     url: UrlOption = None,
     data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
 ) -> None:
     """Recount and re-hash every published object. Ends with 1 if anything is off.
 
@@ -58,7 +60,7 @@ def audit(
     if out is not None:
         _need_what_it_writes_with(pixels)
         out.mkdir(parents=True, exist_ok=True)
-    with open_source(dataset_id(dataset), url, data_dir, direct=direct) as source:
+    with open_source(dataset_id(dataset), url, data_dir, key_file, direct=direct) as source:
         observing = None if out is None else _observing(source.spec(), pixels)
         report = run(source, observing)
     if out is not None and observing is not None:

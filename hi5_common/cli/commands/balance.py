@@ -9,6 +9,7 @@ from hi5_common.cli.options import (
     DataDirOption,
     DatasetArgument,
     JsonOption,
+    KeyFileOption,
     UrlOption,
     dataset_id,
 )
@@ -21,9 +22,10 @@ def balance(
     as_json: JsonOption = False,
     url: UrlOption = None,
     data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
 ) -> None:
     """Print requested, planned and delivered images per value; pairs too with --json."""
-    with open_service(url, data_dir) as service:
+    with open_service(url, data_dir, key_file) as service:
         found = service.balance(dataset_id(dataset))
     if as_json:
         console.write_json(found.model_dump(mode="json"))

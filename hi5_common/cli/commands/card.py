@@ -13,6 +13,7 @@ from hi5_common.cli.options import (
     DataDirOption,
     DatasetArgument,
     DirectOption,
+    KeyFileOption,
     UrlOption,
     dataset_id,
 )
@@ -30,10 +31,11 @@ def card(
     direct: DirectOption = False,
     url: UrlOption = None,
     data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
 ) -> None:
     """Write a datasheet, Croissant metadata, and the licences of all that a dataset is made of."""
     _check(creator)
-    with open_source(dataset_id(dataset), url, data_dir, direct=direct) as source:
+    with open_source(dataset_id(dataset), url, data_dir, key_file, direct=direct) as source:
         facts = write_card(source, out, creator)
     if not facts.is_settled:
         words = f"the dataset is {facts.status.value}: the card says so, and is not final"

@@ -47,8 +47,8 @@ def demo(
     with ExitStack() as stopping:
         with watch.part("start"):
             stack = running_stack(data_dir, workers=workers, renderer=renderer)
-            url = stopping.enter_context(stack)
-        with Service(url) as service:
+            connection = stopping.enter_context(stack)
+        with Service(connection.url, connection.key) as service:
             _through_the_service(service, spec, out, watch)
         with watch.part("stop"):
             stopping.close()

@@ -16,6 +16,7 @@ from hi5_common.cli.options import (
     DatasetArgument,
     DirectOption,
     JsonOption,
+    KeyFileOption,
     UrlOption,
     dataset_id,
 )
@@ -31,9 +32,10 @@ def download(
     as_json: JsonOption = False,
     url: UrlOption = None,
     data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
 ) -> None:
     """Download published shards, verified, with labels.parquet, coco.json and balance.json."""
-    with open_source(dataset_id(dataset), url, data_dir, direct=direct) as source:
+    with open_source(dataset_id(dataset), url, data_dir, key_file, direct=direct) as source:
         done = fetch(source, out, images=images)
     if as_json:
         console.write_json(

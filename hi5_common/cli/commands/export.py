@@ -61,7 +61,7 @@ def coco(
         count = write(read_label_table(Path(source) / downloads.LABELS), spec)
     else:
         with (
-            open_source(dataset_id(source), url, data_dir, direct=direct) as dataset,
+            open_source(dataset_id(source), url, data_dir, None, direct=direct) as dataset,
             tempfile.TemporaryDirectory(prefix="hi5-export-") as scratch,
         ):
             spec = dataset.spec()

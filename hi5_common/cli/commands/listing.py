@@ -8,7 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from hi5_common.cli import console
-from hi5_common.cli.options import DataDirOption, JsonOption, UrlOption
+from hi5_common.cli.options import DataDirOption, JsonOption, KeyFileOption, UrlOption
 from hi5_common.cli.target import open_service
 
 
@@ -17,9 +17,10 @@ def list_datasets(
     as_json: JsonOption = False,
     url: UrlOption = None,
     data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
 ) -> None:
     """List datasets, the newest first."""
-    with open_service(url, data_dir) as service:
+    with open_service(url, data_dir, key_file) as service:
         found = list(itertools.islice(service.datasets(), limit))
     if as_json:
         console.write_json([item.model_dump(mode="json") for item in found])

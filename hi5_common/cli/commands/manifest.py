@@ -8,6 +8,7 @@ from hi5_common.cli.options import (
     DataDirOption,
     DatasetArgument,
     JsonOption,
+    KeyFileOption,
     UrlOption,
     dataset_id,
 )
@@ -20,10 +21,11 @@ def manifest(
     as_json: JsonOption = False,
     url: UrlOption = None,
     data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
 ) -> None:
     """Print progress and every shard: range, state, keys, sizes, SHA-256."""
     wanted = dataset_id(dataset)
-    with open_service(url, data_dir) as service:
+    with open_service(url, data_dir, key_file) as service:
         first, shards = service.manifest(wanted), list(service.shards(wanted))
     if as_json:
         console.write_json(_document(first, shards))

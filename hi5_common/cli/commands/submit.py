@@ -9,6 +9,7 @@ from hi5_common.cli import console, following
 from hi5_common.cli.options import (
     DataDirOption,
     JsonOption,
+    KeyFileOption,
     SpecArgument,
     UrlOption,
     dataset_id,
@@ -38,11 +39,12 @@ def submit(
     as_json: JsonOption = False,
     url: UrlOption = None,
     data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
 ) -> None:
     """Submit a dataset and print its id."""
     spec = read_spec(spec_path)
     _check_key(idempotency_key)
-    with open_service(url, data_dir) as service:
+    with open_service(url, data_dir, key_file) as service:
         if extends is not None:
             spec = extended(spec, service.manifest(dataset_id(extends)).spec)
         submitted = service.submit(spec, idempotency_key)

@@ -28,7 +28,7 @@ def up(
     folder = (data_dir or Settings().data_dir).resolve()
     folder.mkdir(parents=True, exist_ok=True)
     options = StackOptions(folder, workers or _default_workers(), require_free(port), renderer)
-    stack.run(options, _tell, lambda: _greet(options))
+    stack.run(options, _tell, lambda link: _greet(options, link))
     console.err.print("stopped")
 
 
@@ -36,12 +36,19 @@ def _default_workers() -> int:
     return max(1, len(os.sched_getaffinity(0)) // 4)
 
 
-def _greet(options: StackOptions) -> None:
+def _greet(options: StackOptions, link: str) -> None:
     folder = _shown(options.data_dir)
     console.err.print(f"[bold]hi5 is up[/]: {options.url} ({options.workers} workers)")
-    console.err.print(f"  submit    {console.own_name()} submit SPEC --wait --url {options.url}")
+    console.err.print(f"  dashboard {link}", markup=False)
+    console.err.print("            (signs a browser in, once; `hi5 keys link` prints another)")
+    here = "" if _is_default(options) else f" --data-dir {folder}"
+    console.err.print(f"  submit    {console.own_name()} submit SPEC --wait{here}")
     console.err.print(f"  logs      {folder}/logs")
     console.err.print("  stop      Ctrl-C")
+
+
+def _is_default(options: StackOptions) -> bool:
+    return options.data_dir == Settings().data_dir.resolve()
 
 
 def _tell(message: str) -> None:

@@ -8,6 +8,7 @@ from hi5_common.cli.options import (
     DataDirOption,
     DatasetArgument,
     JsonOption,
+    KeyFileOption,
     UrlOption,
     dataset_id,
 )
@@ -19,10 +20,11 @@ def watch(
     as_json: JsonOption = False,
     url: UrlOption = None,
     data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
 ) -> None:
     """Show progress, rate and time left; with --json one line a change. Ends when it is settled."""
     wanted = dataset_id(dataset)
-    with open_service(url, data_dir) as service:
+    with open_service(url, data_dir, key_file) as service:
         if not as_json:
             following.require_complete(service, following.follow(service, wanted))
             return

@@ -13,14 +13,14 @@ from hi5_common.settings import Settings
 
 @contextmanager
 def open_source(
-    dataset_id: UUID, url: str | None, data_dir: Path | None, *, direct: bool
+    dataset_id: UUID, url: str | None, data_dir: Path | None, key_file: Path | None, *, direct: bool
 ) -> Iterator[DatasetSource]:
     """Read through the service, or with `direct` from the settings' database and store."""
     if direct:
         with _direct(dataset_id, data_dir) as source:
             yield source
         return
-    with open_service(url, data_dir) as service:
+    with open_service(url, data_dir, key_file) as service:
         yield ApiSource(service, dataset_id)
 
 

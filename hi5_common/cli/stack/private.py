@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hi5_common.cli.stack import connection
 from hi5_common.cli.stack.child import Child, ChildCommand, log_tail, python_module
+from hi5_common.cli.stack.connection import Connection
 from hi5_common.cli.stack.supervisor import POLL_S
 from hi5_common.domain.errors import PermanentError, TransientError
 from hi5_common.settings import RendererName
@@ -21,8 +22,8 @@ class StackEnded(PermanentError):
 
 
 @contextmanager
-def running_stack(data_dir: Path, *, workers: int, renderer: RendererName) -> Iterator[str]:
-    """Start `hi5 up` in a folder, yield its URL, and drain and end it after the block."""
+def running_stack(data_dir: Path, *, workers: int, renderer: RendererName) -> Iterator[Connection]:
+    """Start `hi5 up` in a folder, yield where it answers, and drain and end it after the block."""
     logs = data_dir / "logs"
     logs.mkdir(parents=True, exist_ok=True)
     log = logs / "up.log"
@@ -37,7 +38,7 @@ def running_stack(data_dir: Path, *, workers: int, renderer: RendererName) -> It
     )
     child = Child.start(ChildCommand("up", arguments, 0), log, os.environ)
     try:
-        yield _url(child, data_dir)
+        yield _connection(child, data_dir)
     except TransientError as error:
         if child.exit_code() is not None:
             raise StackEnded(log) from error
@@ -47,9 +48,9 @@ def running_stack(data_dir: Path, *, workers: int, renderer: RendererName) -> It
         child.process.wait()
 
 
-def _url(child: Child, data_dir: Path) -> str:
+def _connection(child: Child, data_dir: Path) -> Connection:
     while child.exit_code() is None:
         if found := connection.find(data_dir):
-            return found.url
+            return found
         time.sleep(POLL_S)
     raise StackEnded(child.log)

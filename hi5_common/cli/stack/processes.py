@@ -9,6 +9,9 @@ from hi5_common.cli.stack.child import ChildCommand, python_module
 from hi5_common.cli.stack.ports import LOOPBACK
 from hi5_common.settings import RendererName, Settings
 
+_NOT_FOR_SERVICES = frozenset(
+    f"HI5_{name}_KEY{suffix}" for name in ("API", "ADMIN") for suffix in ("", "_FILE")
+)
 WORKER_RANK, KEEPER_RANK, API_RANK = 0, 1, 2
 
 
@@ -46,7 +49,7 @@ def environment(options: StackOptions, broker_url: str, base: Mapping[str, str])
     """Return the variables every process gets: `base`, with this stack's settings over it."""
     settings = Settings(data_dir=options.data_dir)
     return {
-        **base,
+        **{name: value for name, value in base.items() if name not in _NOT_FOR_SERVICES},
         "HI5_DATA_DIR": str(options.data_dir),
         "HI5_DATABASE_URL": settings.resolved_database_url,
         "HI5_STORE_URL": settings.resolved_store_url,

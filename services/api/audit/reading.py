@@ -5,8 +5,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from uuid import UUID
 
-from hi5_common.db import datasets, shards
 from hi5_common.db.engine import Database
+from hi5_common.db.owned import OwnedDatasets
+from hi5_common.domain.access import SERVICE
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import TO_COME, Publication, Shard
 from hi5_common.export.label_table import NotALabelTable
@@ -56,7 +57,7 @@ class LabelAudit:
         DatasetNotFound, and what the store raises when it does not answer.
         """
         with self.database.snapshot() as session:
-            spec = datasets.spec(session, dataset_id)
+            spec = OwnedDatasets(session, SERVICE).spec(dataset_id)
         read = Read(Observed(spec))
         for shard in self._shards(dataset_id):
             go_on()
@@ -70,7 +71,7 @@ class LabelAudit:
         after: int | None = None
         while True:
             with self.database.snapshot() as session:
-                page = shards.of_dataset(session, dataset_id, PAGE, after)
+                page = OwnedDatasets(session, SERVICE).shards(dataset_id, PAGE, after)
             yield from page
             if len(page) < PAGE:
                 return

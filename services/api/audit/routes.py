@@ -8,8 +8,8 @@ from pydantic import BaseModel
 
 from hi5_common.domain.errors import Problem
 from hi5_common.fairness.report import Fairness
+from services.api.access.doors import Reading
 from services.api.audit.service import Audited, audited
-from services.api.parts import Wired
 from services.api.problems import ApiError
 
 router = APIRouter(prefix="/v1/datasets", tags=["audit"])
@@ -35,13 +35,13 @@ MaxImages = Annotated[int, Depends(_max_images)]
 @router.get(
     "/{dataset_id}/audit", response_model=Fairness, responses={202: {"model": AuditAwaited}}
 )
-def get_audit(parts: Wired, dataset_id: UUID, max_images: MaxImages) -> Response:
+def get_audit(access: Reading, dataset_id: UUID, max_images: MaxImages) -> Response:
     """Audit delivered labels, not pictures: the audit.json of `hi5 audit --no-pixels`.
 
     202 while it is made. Of a dataset that is still being rendered, the audit is of what was
     delivered when it was made.
     """
-    found = audited(parts, dataset_id, max_images)
+    found = audited(access, dataset_id, max_images)
     if found.too_many:
         raise _too_many(found)
     # Written here, on the request's own thread: megabytes would hold up all others on the loop's.

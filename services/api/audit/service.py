@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from uuid import UUID
 
-from hi5_common.db import datasets
 from hi5_common.domain.records import TO_COME, Dataset, ShardStatus
 from hi5_common.fairness.report import Fairness
+from services.api.access.access import Access
 from services.api.audit.audits import Settled
-from services.api.parts import Parts
 
 
 @dataclass(frozen=True)
@@ -28,14 +27,14 @@ class Audited:
         return f"hi5 audit {self.dataset.id} --out audit"
 
 
-def audited(parts: Parts, dataset_id: UUID, max_images: int) -> Audited:
+def audited(access: Access, dataset_id: UUID, max_images: int) -> Audited:
     """Return a dataset's audit, or begin it if no more than max_images are delivered.
 
     While images are still to come, one that was made a little earlier will do, and a newer one is
     begun. Raises DatasetNotFound, and what the making raised.
     """
-    with parts.database.snapshot() as session:
-        dataset = datasets.get(session, dataset_id)
+    with access.snapshot() as mine:
+        dataset = mine.get(dataset_id)
     if dataset.images_done > max_images:
         return Audited(dataset, max_images, None)
     shards = dataset.shards_by_status
@@ -45,5 +44,5 @@ def audited(parts: Parts, dataset_id: UUID, max_images: int) -> Audited:
         shards.get(ShardStatus.FAILED, 0) + shards.get(ShardStatus.CANCELLED, 0),
     )
     grows = any(shards.get(status) for status in TO_COME)
-    report = parts.audits.of(dataset_id, settled, or_earlier=grows)
+    report = access.parts.audits.of(dataset_id, settled, or_earlier=grows)
     return Audited(dataset, max_images, report)

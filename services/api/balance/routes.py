@@ -5,12 +5,13 @@ from uuid import UUID
 from fastapi import APIRouter
 
 from hi5_common.domain.balance import Balance
-from services.api.parts import Wired
+from services.api.access.doors import Reading
 
 router = APIRouter(prefix="/v1/datasets", tags=["balance"])
 
 
 @router.get("/{dataset_id}/balance")
-def get_balance(parts: Wired, dataset_id: UUID) -> Balance:
+def get_balance(access: Reading, dataset_id: UUID) -> Balance:
     """Compare requested, planned and delivered images, per value and per pair of values."""
-    return parts.balances.of(dataset_id)
+    with access.snapshot() as mine:
+        return access.parts.balances.of(mine, dataset_id)

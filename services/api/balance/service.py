@@ -3,8 +3,7 @@
 from threading import Lock
 from uuid import UUID
 
-from hi5_common.db import datasets, deliveries, planned
-from hi5_common.db.engine import Database, Session
+from hi5_common.db.owned import OwnedDatasets
 from hi5_common.domain.balance import Balance, balance_of
 
 BALANCES_KEPT = 8
@@ -14,17 +13,15 @@ BALANCES_KEPT = 8
 class Balances:
     """The balances made last. None goes stale: a sum changes only when another shard is done."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
+    def __init__(self) -> None:
         self._kept: dict[tuple[UUID, int], Balance] = {}
         self._lock = Lock()
 
-    def of(self, dataset_id: UUID) -> Balance:
+    def of(self, mine: OwnedDatasets, dataset_id: UUID) -> Balance:
         """Return requested, planned and delivered counts. Raises DatasetNotFound."""
-        with self._database.snapshot() as session:
-            key = dataset_id, deliveries.shards_done(session, dataset_id)
-            found = self._kept.get(key)
-            return found if found is not None else self._keep(key, _balance(session, dataset_id))
+        key = dataset_id, mine.shards_done(dataset_id)
+        found = self._kept.get(key)
+        return found if found is not None else self._keep(key, _balance(mine, dataset_id))
 
     def _keep(self, key: tuple[UUID, int], made: Balance) -> Balance:
         """Keep a balance in place of the oldest."""
@@ -35,8 +32,8 @@ class Balances:
         return made
 
 
-def _balance(session: Session, dataset_id: UUID) -> Balance:
-    dataset = datasets.get(session, dataset_id)
-    plan = planned.tallies(session, dataset_id)
-    delivered = deliveries.tallies(session, dataset_id)
+def _balance(mine: OwnedDatasets, dataset_id: UUID) -> Balance:
+    dataset = mine.get(dataset_id)
+    plan = mine.planned(dataset_id)
+    delivered = mine.delivered(dataset_id)
     return balance_of(dataset.spec, plan, delivered, dataset.images_done)

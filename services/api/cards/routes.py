@@ -8,9 +8,9 @@ from fastapi import APIRouter, Request, Response
 from hi5_common.cards.croissant import MEDIA_TYPE, croissant
 from hi5_common.cards.datasheet import datasheet
 from hi5_common.domain.rights import Rights
+from services.api.access.doors import Reading
 from services.api.cards import service
 from services.api.cards.service import Asked
-from services.api.parts import Wired
 
 router = APIRouter(prefix="/v1/datasets", tags=["cards"])
 
@@ -22,9 +22,9 @@ MARKDOWN = "text/markdown; charset=utf-8"
     response_class=Response,
     responses={200: {"content": {"text/markdown": {}}}},
 )
-def get_card(parts: Wired, request: Request, dataset_id: UUID) -> Response:
+def get_card(access: Reading, request: Request, dataset_id: UUID) -> Response:
     """Return the datasheet as Markdown."""
-    facts = service.facts(parts, _asked(request, dataset_id))
+    facts = service.facts(access, _asked(request, dataset_id))
     return Response(datasheet(facts), media_type=MARKDOWN)
 
 
@@ -33,17 +33,17 @@ def get_card(parts: Wired, request: Request, dataset_id: UUID) -> Response:
     response_class=Response,
     responses={200: {"content": {"application/ld+json": {}}}},
 )
-def get_croissant(parts: Wired, request: Request, dataset_id: UUID) -> Response:
+def get_croissant(access: Reading, request: Request, dataset_id: UUID) -> Response:
     """Return Croissant 1.1 with its RAI fields. Files of many shards are left to the manifest."""
     asked = _asked(request, dataset_id)
-    document = croissant(service.facts(parts, asked), service.distribution(parts, asked))
+    document = croissant(service.facts(access, asked), service.distribution(access, asked))
     return Response(json.dumps(document, indent=1, ensure_ascii=False), media_type=MEDIA_TYPE)
 
 
 @router.get("/{dataset_id}/licences")
-def get_licences(parts: Wired, dataset_id: UUID) -> Rights:
+def get_licences(access: Reading, dataset_id: UUID) -> Rights:
     """Return every asset of a dataset with its licence, and what they allow together."""
-    return service.rights(parts, dataset_id)
+    return service.rights(access, dataset_id)
 
 
 def _asked(request: Request, dataset_id: UUID) -> Asked:

@@ -1,6 +1,6 @@
 """GET the words that specs and labels are made of."""
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from pydantic import BaseModel
 
 from hi5_common.domain.affect import POSE_AFFECT
@@ -23,8 +23,9 @@ from hi5_common.domain.vocabulary import (
     SkinTone,
 )
 from hi5_common.presets import NAMES, preset
+from services.api.access.doors import reading
 
-router = APIRouter(prefix="/v1", tags=["catalogue"])
+router = APIRouter(prefix="/v1", tags=["catalogue"], dependencies=[Depends(reading)])
 
 
 class ShapeView(BaseModel):

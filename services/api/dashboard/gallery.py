@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from uuid import UUID
 
-from hi5_common.db import shards
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import ShardStatus
 from hi5_common.domain.sharding import shard_number
 from hi5_common.domain.vocabulary import Attribute
-from services.api.parts import Parts
+from services.api.access.access import Access
 
 IMAGES_PER_PAGE = 24
 
@@ -31,15 +30,14 @@ class Gallery:
     next_index: int | None
 
 
-def gallery(parts: Parts, dataset_id: UUID, plan: Plan, first_index: int) -> Gallery:
+def gallery(access: Access, dataset_id: UUID, plan: Plan, first_index: int) -> Gallery:
     """Return the delivered images from `first_index` on."""
     wanted = IMAGES_PER_PAGE + 1  # one more tells whether there is a next page
     found: list[int] = []
     after = shard_number(plan.spec, first_index) - 1
-    with parts.database.snapshot() as session:
+    with access.snapshot() as mine:
         while len(found) < wanted:
-            done = shards.of_dataset(
-                session,
+            done = mine.shards(
                 dataset_id,
                 wanted,
                 after if after >= 0 else None,

@@ -9,7 +9,9 @@ from pydantic import Field
 from hi5_common.db import workers
 from hi5_common.domain.strict import MAX_COUNT
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, SKELETON, Attribute
+from hi5_common.domain.workers import Worker
 from hi5_common.fairness.page import body
+from services.api.access.doors import Visiting
 from services.api.audit.routes import RETRY_AFTER_S, MaxImages
 from services.api.audit.service import audited
 from services.api.dashboard.charts import bar_chart, crossed, fixed, heat_table
@@ -20,7 +22,6 @@ from services.api.datasets import service
 from services.api.datasets.schemas import DatasetPageQuery, DatasetView
 from services.api.failures.service import newest
 from services.api.paging import StrictQuery
-from services.api.parts import Wired
 
 FAILURES_SHOWN = 12
 
@@ -37,14 +38,16 @@ class DatasetQuery(StrictQuery):
 
 @router.get("/")
 def show_datasets(
-    parts: Wired, request: Request, query: Annotated[DatasetPageQuery, Query()]
+    access: Visiting, request: Request, query: Annotated[DatasetPageQuery, Query()]
 ) -> Response:
     """Show datasets with their progress, the newest first."""
-    found = service.page(parts, query.limit + 1, query.after)
+    found = service.page(access, query.limit + 1, query.after)
     shown = [DatasetView.of(dataset) for dataset in found[: query.limit]]
     following = shown[-1].id if len(found) > query.limit else None
-    with parts.database.snapshot() as session:
-        machines = workers.all_of_them(session)
+    machines: list[Worker] = []
+    if access.caller.sees_all:
+        with access.parts.database.snapshot() as session:
+            machines = workers.all_of_them(session)
     return page(
         request,
         "datasets.html",
@@ -57,23 +60,24 @@ def show_datasets(
 
 @router.get("/datasets/{dataset_id}")
 def show_dataset(
-    parts: Wired, request: Request, dataset_id: UUID, query: Annotated[DatasetQuery, Query()]
+    access: Visiting, request: Request, dataset_id: UUID, query: Annotated[DatasetQuery, Query()]
 ) -> Response:
     """Show one dataset: progress, shards, balance, pairs, pictures."""
-    dataset = service.get(parts, dataset_id)
-    found = parts.balances.of(dataset_id)
+    dataset = service.get(access, dataset_id)
+    with access.snapshot() as mine:
+        found = access.parts.balances.of(mine, dataset_id)
     among = crossed(found)
     return page(
         request,
         "dataset.html",
         dataset=DatasetView.of(dataset),
-        board=shard_board(parts, dataset_id),
-        failures=newest(parts, dataset_id, FAILURES_SHOWN),
+        board=shard_board(access, dataset_id),
+        failures=newest(access, dataset_id, FAILURES_SHOWN),
         balance=found,
         charts=[bar_chart(table) for table in found.attributes if table.attributes[0] in among],
         fixed=fixed(found),
         heat=heat_table(found, query.a, query.b),
-        gallery=gallery(parts, dataset_id, parts.plans.of(dataset.spec), query.from_),
+        gallery=gallery(access, dataset_id, access.parts.plans.of(dataset.spec), query.from_),
         query=query,
         attributes=among,
         more=[attribute for attribute in among if attribute not in ALWAYS_BALANCED],
@@ -82,9 +86,11 @@ def show_dataset(
 
 
 @router.get("/datasets/{dataset_id}/audit")
-def show_audit(parts: Wired, request: Request, dataset_id: UUID, max_images: MaxImages) -> Response:
+def show_audit(
+    access: Visiting, request: Request, dataset_id: UUID, max_images: MaxImages
+) -> Response:
     """Show what delivered labels say of a dataset's balance, or that this is being counted."""
-    found = audited(parts, dataset_id, max_images)
+    found = audited(access, dataset_id, max_images)
     return page(
         request,
         "dataset_audit.html",

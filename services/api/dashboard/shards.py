@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from uuid import UUID
 
-from hi5_common.db import shards
 from hi5_common.domain.records import Shard, ShardStatus
-from services.api.parts import Parts
+from services.api.access.access import Access
 
 SHOWN_PER_STATUS = 12
 
@@ -19,11 +18,11 @@ class ShardBoard:
     retried: tuple[Shard, ...]
 
 
-def shard_board(parts: Parts, dataset_id: UUID) -> ShardBoard:
+def shard_board(access: Access, dataset_id: UUID) -> ShardBoard:
     """Return failed shards, leased ones, and pending ones that failed before."""
-    with parts.database.snapshot() as session:
+    with access.snapshot() as mine:
         by_status = {
-            status: shards.of_dataset(session, dataset_id, SHOWN_PER_STATUS, status=status)
+            status: mine.shards(dataset_id, SHOWN_PER_STATUS, status=status)
             for status in (ShardStatus.FAILED, ShardStatus.LEASED, ShardStatus.PENDING)
         }
     retried = [shard for shard in by_status[ShardStatus.PENDING] if shard.failure_reason]

@@ -6,7 +6,7 @@ from uuid import UUID
 
 from pydantic import BaseModel
 
-from hi5_common.db.events import Event
+from hi5_common.db.owned import Event
 from hi5_common.domain.manifest import Progress, progress_of
 from hi5_common.domain.records import Dataset, DatasetStatus
 from hi5_common.domain.spec import DatasetSpec

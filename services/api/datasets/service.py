@@ -1,15 +1,15 @@
 """What can be done with a dataset. Each function is one transaction, committed when it returns."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from uuid import UUID
 
-from hi5_common.db import datasets, events, shards
-from hi5_common.db.events import Event
+from hi5_common.db.owned import Event
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.records import Dataset, DatasetStatus
 from hi5_common.domain.spec import DatasetSpec
+from services.api.access.access import Access
 from services.api.cards.places import require_tradable
-from services.api.parts import Parts
 from services.api.problems import ApiError
 
 
@@ -31,67 +31,66 @@ class Retried:
     due: list[UUID]
 
 
-def submit(parts: Parts, spec: DatasetSpec, idempotency_key: str | None) -> Submitted:
-    """Store a spec and its shards. Raises InvalidInput, IdempotencyConflict."""
+def submit(access: Access, spec: DatasetSpec, idempotency_key: str | None) -> Submitted:
+    """Store a spec and its shards. Raises InvalidInput, IdempotencyConflict, QuotaExceeded."""
+    parts = access.parts
     require_tradable(parts, spec)
     plan = parts.plans.of(spec)
-    with parts.database.transaction() as session:
-        made = datasets.create(session, spec, plan, idempotency_key=idempotency_key)
+    with access.transaction() as mine:
+        made = mine.create(spec, plan, idempotency_key)
         settings = parts.settings
-        due = shards.pending_to_ring(session, settings.max_rings, settings.ring_s)
+        due = mine.shards_to_ring(settings.max_rings, settings.ring_s)
     return Submitted(made.dataset, made.created, due)
 
 
-def page(parts: Parts, limit: int, after: UUID | None) -> list[Dataset]:
+def page(access: Access, limit: int, after: UUID | None) -> list[Dataset]:
     """Return datasets, the newest first."""
-    with parts.database.snapshot() as session:
-        return datasets.page(session, limit, after)
+    with access.snapshot() as mine:
+        return mine.page(limit, after)
 
 
-def get(parts: Parts, dataset_id: UUID) -> Dataset:
+def get(access: Access, dataset_id: UUID) -> Dataset:
     """Return one dataset. Raises DatasetNotFound."""
-    with parts.database.snapshot() as session:
-        return datasets.get(session, dataset_id)
+    with access.snapshot() as mine:
+        return mine.get(dataset_id)
 
 
-def cancel(parts: Parts, dataset_id: UUID) -> Dataset:
+def cancel(access: Access, dataset_id: UUID) -> Dataset:
     """Ask for no more images. Idempotent; raises DatasetNotFound, ApiError 409 when complete."""
-    with parts.database.transaction() as session:
-        dataset = datasets.get(session, dataset_id)
+    with access.transaction() as mine:
+        dataset = mine.get(dataset_id)
         for status in (DatasetStatus.COMPLETE, DatasetStatus.COMPLETE_WITH_GAPS):
             _refuse_if(dataset, status, "is complete")
-        return datasets.request_cancel(session, dataset_id)
+        return mine.request_cancel(dataset_id)
 
 
-def retry(parts: Parts, dataset_id: UUID) -> Retried:
+def retry(access: Access, dataset_id: UUID) -> Retried:
     """Make failed shards pending again.
 
     Raises DatasetNotFound, ApiError 409 when cancelled or complete but for gaps.
     """
-    with parts.database.transaction() as session:
-        dataset = datasets.get(session, dataset_id)
+    with access.transaction() as mine:
+        dataset = mine.get(dataset_id)
         _refuse_if(dataset, DatasetStatus.CANCELLED, "was cancelled")
         with_gaps = "is complete but for its gaps, which are not drawn again"
         _refuse_if(dataset, DatasetStatus.COMPLETE_WITH_GAPS, with_gaps)
-        count = datasets.retry_failed(session, dataset_id)
-        session.expire_all()
-        dataset = datasets.get(session, dataset_id)
-        settings = parts.settings
-        due = shards.pending_to_ring(session, settings.max_rings, settings.ring_s)
+        count = mine.retry_failed(dataset_id)
+        dataset = mine.get(dataset_id)
+        settings = access.parts.settings
+        due = mine.shards_to_ring(settings.max_rings, settings.ring_s)
     return Retried(dataset, count, due)
 
 
-def delete(parts: Parts, dataset_id: UUID) -> None:
+def delete(access: Access, dataset_id: UUID) -> None:
     """Forget a dataset; its objects are swept later. Raises DatasetNotFound."""
-    with parts.database.transaction() as session:
-        datasets.delete(session, dataset_id)
+    with access.transaction() as mine:
+        mine.delete(dataset_id)
 
 
-def latest_events(parts: Parts, dataset_id: UUID, limit: int) -> list[Event]:
+def latest_events(access: Access, dataset_id: UUID, limit: int) -> Sequence[Event]:
     """Return what happened, the newest first. Raises DatasetNotFound."""
-    with parts.database.snapshot() as session:
-        datasets.spec(session, dataset_id)
-        return events.of_latest(session, dataset_id, limit)
+    with access.snapshot() as mine:
+        return mine.latest_events(dataset_id, limit)
 
 
 def _refuse_if(dataset: Dataset, status: DatasetStatus, how: str) -> None:

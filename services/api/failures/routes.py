@@ -7,9 +7,9 @@ from fastapi import APIRouter, Query
 from pydantic import Field
 
 from hi5_common.domain.failure_report import FailurePage
+from services.api.access.doors import Reading
 from services.api.failures import service
 from services.api.paging import Limited, next_address
-from services.api.parts import Wired
 
 router = APIRouter(prefix="/v1/datasets", tags=["failures"])
 
@@ -22,13 +22,13 @@ class FailurePageQuery(Limited):
 
 @router.get("/{dataset_id}/failures")
 def list_failures(
-    parts: Wired, dataset_id: UUID, query: Annotated[FailurePageQuery, Query()]
+    access: Reading, dataset_id: UUID, query: Annotated[FailurePageQuery, Query()]
 ) -> FailurePage:
     """List failed attempts, gaps and redraws, the newest first: why, where, and of which scene.
 
     The newest thousand of a dataset are kept.
     """
-    found = service.newest(parts, dataset_id, query.limit + 1, query.after)
+    found = service.newest(access, dataset_id, query.limit + 1, query.after)
     items = found[: query.limit]
     last = items[-1].failure.id if items else None
     address = f"/v1/datasets/{dataset_id}/failures"

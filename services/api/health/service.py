@@ -6,7 +6,8 @@ from collections.abc import Callable
 import anyio
 from pydantic import BaseModel
 
-from hi5_common.db import datasets
+from hi5_common.db.owned import OwnedDatasets
+from hi5_common.domain.access import SERVICE
 from hi5_common.domain.errors import Hi5Error
 from hi5_common.storage.errors import ObjectMissing
 from services.api.parts import Parts
@@ -56,7 +57,7 @@ async def _state(check: Callable[[Parts], str], parts: Parts) -> PartState:
 
 def _database(parts: Parts) -> str:
     with parts.database.snapshot() as session:
-        datasets.page(session, 1)
+        OwnedDatasets(session, SERVICE).page(1, None)
     return "answers, and has its tables"
 
 

@@ -6,9 +6,10 @@ from uuid import UUID
 from fastapi import APIRouter, Header, Path, Response
 
 from hi5_common.domain.strict import MAX_COUNT
+from services.api.access.doors import Reading
 from services.api.images import service
 from services.api.images.service import Found
-from services.api.parts import Parts, Wired
+from services.api.parts import Parts
 
 router = APIRouter(prefix="/v1/datasets/{dataset_id}/images", tags=["images"])
 
@@ -21,18 +22,18 @@ CACHE_CONTROL = "private, max-age=86400, immutable"
 
 @router.get("/{index}", response_class=Response)
 def get_image(
-    parts: Wired, dataset_id: UUID, index: Index, if_none_match: IfNoneMatch = None
+    access: Reading, dataset_id: UUID, index: Index, if_none_match: IfNoneMatch = None
 ) -> Response:
     """Return the picture as it was rendered; its ETag is its SHA-256."""
-    return _answer(parts, service.find_image(parts, dataset_id, index), if_none_match)
+    return _answer(access.parts, service.find_image(access, dataset_id, index), if_none_match)
 
 
 @router.get("/{index}/labels", response_class=Response)
 def get_labels(
-    parts: Wired, dataset_id: UUID, index: Index, if_none_match: IfNoneMatch = None
+    access: Reading, dataset_id: UUID, index: Index, if_none_match: IfNoneMatch = None
 ) -> Response:
     """Return the label, byte for byte as stored."""
-    return _answer(parts, service.find_label(parts, dataset_id, index), if_none_match)
+    return _answer(access.parts, service.find_label(access, dataset_id, index), if_none_match)
 
 
 def _answer(parts: Parts, found: Found, if_none_match: str | None) -> Response:

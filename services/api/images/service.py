@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from uuid import UUID
 
-from hi5_common.db import shards
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.records import Publication, Shard, ShardStatus
+from services.api.access.access import Access
 from services.api.images.members import Member
-from services.api.parts import Parts
 from services.api.problems import ApiError
 
 MEDIA_TYPES = {".jpg": "image/jpeg", ".png": "image/png"}
@@ -30,20 +29,20 @@ class Found:
     media_type: str
 
 
-def find_image(parts: Parts, dataset_id: UUID, index: int) -> Found:
+def find_image(access: Access, dataset_id: UUID, index: int) -> Found:
     """Locate the picture of image `index`. Raises DatasetNotFound, ImageNotFound, ApiError 404."""
-    publication = _publication(parts, dataset_id, index)
-    members = parts.members.of(publication)
+    publication = _publication(access, dataset_id, index)
+    members = access.parts.members.of(publication)
     for suffix, media_type in MEDIA_TYPES.items():
         if member := members.get(f"{index:09d}{suffix}"):
             return Found(publication, member, media_type)
     raise _not_there(publication, index)
 
 
-def find_label(parts: Parts, dataset_id: UUID, index: int) -> Found:
+def find_label(access: Access, dataset_id: UUID, index: int) -> Found:
     """Locate the label of image `index`; raises as find_image does."""
-    publication = _publication(parts, dataset_id, index)
-    member = parts.members.of(publication).get(f"{index:09d}{LABEL_SUFFIX}")
+    publication = _publication(access, dataset_id, index)
+    member = access.parts.members.of(publication).get(f"{index:09d}{LABEL_SUFFIX}")
     if member is None:
         raise _not_there(publication, index)
     return Found(publication, member, "application/json")
@@ -60,9 +59,9 @@ def _not_there(publication: Publication, index: int) -> Exception:
     return LookupError(f"image {index} is not in {publication.members.key}")
 
 
-def _publication(parts: Parts, dataset_id: UUID, index: int) -> Publication:
-    with parts.database.snapshot() as session:
-        shard = shards.containing(session, dataset_id, index)
+def _publication(access: Access, dataset_id: UUID, index: int) -> Publication:
+    with access.snapshot() as mine:
+        shard = mine.shard_of_image(dataset_id, index)
     return published(shard, Problem("index", index, ""))
 
 

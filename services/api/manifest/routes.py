@@ -7,9 +7,9 @@ from fastapi import APIRouter, Query
 from pydantic import Field
 
 from hi5_common.domain.manifest import Manifest
+from services.api.access.doors import Reading
 from services.api.manifest import service
 from services.api.paging import Limited
-from services.api.parts import Wired
 
 router = APIRouter(prefix="/v1/datasets", tags=["manifest"])
 
@@ -22,7 +22,7 @@ class ManifestQuery(Limited):
 
 @router.get("/{dataset_id}/manifest")
 def get_manifest(
-    parts: Wired, dataset_id: UUID, query: Annotated[ManifestQuery, Query()]
+    access: Reading, dataset_id: UUID, query: Annotated[ManifestQuery, Query()]
 ) -> Manifest:
     """Return progress, totals and shards with their objects' keys, sizes and SHA-256."""
-    return service.manifest(parts, dataset_id, query.limit, query.after)
+    return service.manifest(access, dataset_id, query.limit, query.after)

@@ -2,18 +2,17 @@
 
 from uuid import UUID
 
-from hi5_common.db import datasets, deliveries, shards
 from hi5_common.domain.manifest import Manifest, manifest_head, manifest_shard
+from services.api.access.access import Access
 from services.api.paging import next_address
-from services.api.parts import Parts
 
 
-def manifest(parts: Parts, dataset_id: UUID, limit: int, after: int | None) -> Manifest:
+def manifest(access: Access, dataset_id: UUID, limit: int, after: int | None) -> Manifest:
     """Return the shards after number `after`. Raises DatasetNotFound."""
-    with parts.database.snapshot() as session:
-        dataset = datasets.get(session, dataset_id)
-        found = shards.of_dataset(session, dataset_id, limit + 1, after)
-        tallies = deliveries.tallies(session, dataset_id)
+    with access.snapshot() as mine:
+        dataset = mine.get(dataset_id)
+        found = mine.shards(dataset_id, limit + 1, after)
+        tallies = mine.delivered(dataset_id)
     page = found[:limit]
     path = f"/v1/datasets/{dataset_id}/manifest"
     last = page[-1].number if page else None

@@ -8,10 +8,10 @@ from fastapi.responses import StreamingResponse
 
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.manifest import ManifestObject
+from services.api.access.doors import Reading
 from services.api.images.routes import CACHE_CONTROL, matches
 from services.api.objects import service
 from services.api.objects.ranges import ByteRange, Unsatisfiable, parse_range
-from services.api.parts import Wired
 from services.api.problems import ApiError
 
 router = APIRouter(prefix="/v1/datasets/{dataset_id}/shards", tags=["shards"])
@@ -21,7 +21,7 @@ MAX_NUMBER = 2**31 - 1
 
 @router.get("/{number}/objects/{name}", response_class=StreamingResponse)
 def get_object(
-    parts: Wired,
+    access: Reading,
     dataset_id: UUID,
     number: Annotated[int, Path(ge=0, le=MAX_NUMBER)],
     name: str,
@@ -29,7 +29,7 @@ def get_object(
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
     """Stream samples.tar, labels.parquet or members.json; the ETag is the SHA-256."""
-    found = service.find_object(parts, dataset_id, number, name)
+    found = service.find_object(access, dataset_id, number, name)
     headers = {
         "ETag": f'"{found.sha256}"',
         "Cache-Control": CACHE_CONTROL,
@@ -38,16 +38,17 @@ def get_object(
     }
     if if_none_match is not None and matches(headers["ETag"], if_none_match):
         return Response(status_code=304, headers=headers)
+    store = access.parts.store
     wanted = _wanted(found, range_)
     # Before the first header goes out: later, all that could be done is to break off.
-    parts.store.head(found.key)
+    store.head(found.key)
     if wanted is None:
         headers["Content-Length"] = str(found.size_bytes)
-        body, status = parts.store.stream(found.key), 200
+        body, status = store.stream(found.key), 200
     else:
         headers["Content-Length"] = str(wanted.stop - wanted.start)
         headers["Content-Range"] = f"bytes {wanted.start}-{wanted.stop - 1}/{found.size_bytes}"
-        body, status = service.read_range(parts.store, found.key, wanted), 206
+        body, status = service.read_range(store, found.key, wanted), 206
     return StreamingResponse(body, status, headers, service.MEDIA_TYPES[name])
 
 

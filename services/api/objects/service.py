@@ -3,15 +3,14 @@
 from collections.abc import Iterator
 from uuid import UUID
 
-from hi5_common.db import datasets, shards
 from hi5_common.db.errors import ShardNotFound
 from hi5_common.domain import keys
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.manifest import ManifestObject, manifest_objects
 from hi5_common.storage.port import ObjectStore
+from services.api.access.access import Access
 from services.api.images.service import published
 from services.api.objects.ranges import ByteRange
-from services.api.parts import Parts
 from services.api.problems import ApiError
 
 PIECE_BYTES = 4 << 20
@@ -22,15 +21,14 @@ MEDIA_TYPES = {
 }
 
 
-def find_object(parts: Parts, dataset_id: UUID, number: int, name: str) -> ManifestObject:
+def find_object(access: Access, dataset_id: UUID, number: int, name: str) -> ManifestObject:
     """Return a published object. Raises DatasetNotFound, or ApiError 404 that says why not."""
     if name not in MEDIA_TYPES:
         remedy = f"A shard has {', '.join(MEDIA_TYPES)}."
         raise ApiError(404, "not-found", "No such object", [Problem("name", name, remedy)])
-    with parts.database.snapshot() as session:
-        datasets.spec(session, dataset_id)
+    with access.snapshot() as mine:
         try:
-            shard = shards.get(session, dataset_id, number)
+            shard = mine.shard(dataset_id, number)
         except ShardNotFound as error:
             remedy = "The dataset's /manifest lists its shards."
             problem = Problem("number", number, remedy)

@@ -2,8 +2,8 @@
 
 from fastapi import APIRouter
 
+from services.api.access.doors import Reading
 from services.api.cards.places import require_tradable
-from services.api.parts import Wired
 from services.api.plans.schemas import PlanView
 from services.api.spec_body import OPENAPI_BODY, SpecBody
 
@@ -11,7 +11,7 @@ router = APIRouter(prefix="/v1/plans", tags=["plans"])
 
 
 @router.post("", openapi_extra=OPENAPI_BODY)
-def make_plan(parts: Wired, spec: SpecBody) -> PlanView:
+def make_plan(access: Reading, spec: SpecBody) -> PlanView:
     """Return exact counts, shards, evenness of the joint cells, and the first images' cells."""
-    require_tradable(parts, spec)
-    return PlanView.of(parts.plans.of(spec))
+    require_tradable(access.parts, spec)
+    return PlanView.of(access.parts.plans.of(spec))

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Path
 
 from hi5_common.db import workers
 from hi5_common.domain.workers import Worker, WorkerList
-from services.api.parts import Wired
+from services.api.access.doors import Administering
 
 router = APIRouter(prefix="/v1/workers", tags=["workers"])
 
@@ -14,14 +14,14 @@ Name = Annotated[str, Path(pattern=r"^[A-Za-z0-9_.-]{1,80}$")]
 
 
 @router.get("")
-def list_workers(parts: Wired) -> WorkerList:
+def list_workers(access: Administering) -> WorkerList:
     """List the machines seen within a week: who is alive, what it does, who is blocked and why."""
-    with parts.database.snapshot() as session:
+    with access.parts.database.snapshot() as session:
         return WorkerList(items=workers.all_of_them(session))
 
 
 @router.post("/{name}/unblock")
-def unblock_worker(parts: Wired, name: Name) -> Worker:
+def unblock_worker(access: Administering, name: Name) -> Worker:
     """Let a machine claim again, and forget what failed there. Idempotent."""
-    with parts.database.transaction() as session:
+    with access.parts.database.transaction() as session:
         return workers.unblock(session, name)

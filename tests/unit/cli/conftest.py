@@ -11,5 +11,6 @@ __all__ = ["alone", "hi5"]
 
 @pytest.fixture(autouse=True)
 def alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.delenv("HI5_URL", raising=False)
+    for name in ("HI5_URL", "HI5_API_KEY", "HI5_API_KEY_FILE", "HI5_DATABASE_URL"):
+        monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HI5_DATA_DIR", str(tmp_path / "data"))

@@ -4,12 +4,13 @@ from uuid import UUID
 import httpx
 import pytest
 
-from hi5_common.cli.client import RequestRefused, Service, ServiceBusy
+from hi5_common.cli.client import KeyWanted, RequestRefused, Service, ServiceBusy
 from hi5_common.cli.fetch.source import TransferBroken
 from hi5_common.domain.errors import InvalidInput
 from hi5_common.domain.spec import parse_spec
 
 ID = UUID(int=5)
+KEY = "hi5_a_key"
 SPEC = parse_spec({"count": 3})
 
 
@@ -25,7 +26,7 @@ class Answers:
         return self.answers.pop(0)
 
     def service(self) -> Service:
-        return Service("http://service", httpx.MockTransport(self))
+        return Service("http://service", KEY, httpx.MockTransport(self))
 
 
 @pytest.fixture(autouse=True)
@@ -88,6 +89,52 @@ def test_lists_are_followed_to_the_last_page() -> None:
     answers = Answers(page(1, "/v1/datasets?after=1"), page(2, None))
     assert [item.id.int for item in answers.service().datasets()] == [1, 2]
     assert answers.asked[1].url.query == b"after=1"
+
+
+def test_the_key_goes_to_the_service_and_nowhere_else() -> None:
+    there = httpx.Response(302, headers={"Location": "http://elsewhere/x"})
+    page = {"items": [], "next": "http://evil/v1/datasets"}
+    answers = Answers(
+        *(httpx.Response(200, json=page), httpx.Response(200, json={**page, "next": None})),
+        *(there, httpx.Response(200)),
+    )
+    service = answers.service()
+    list(service.datasets())
+    service.cancel(ID)
+    shown = [(request.url.host, request.headers.get("authorization")) for request in answers.asked]
+    assert shown == [
+        ("service", f"Bearer {KEY}"),
+        ("evil", None),
+        ("service", f"Bearer {KEY}"),
+        ("elsewhere", None),
+    ]
+
+
+def test_a_service_that_does_not_know_the_key_is_told_of_with_the_ways_to_give_one() -> None:
+    problem = {"field": "Authorization", "value": "(not shown)", "remedy": "The key was revoked."}
+    answers = Answers(refused(401, detail="The key was revoked.", problems=[problem]))
+    with pytest.raises(KeyWanted, match=r"was revoked\..*--key-file, HI5_API_KEY"):
+        answers.service().cancel(ID)
+
+
+@pytest.mark.parametrize("stream", [False, True])
+def test_who_asks_too_often_waits_as_long_as_told(
+    monkeypatch: pytest.MonkeyPatch, stream: bool
+) -> None:
+    waited: list[float] = []
+    monkeypatch.setattr("hi5_common.cli.client.time.sleep", waited.append)
+    busy = [
+        httpx.Response(429, headers={"Retry-After": seconds}) for seconds in ("7", "9000", "soon")
+    ]
+    answers = Answers(*busy, httpx.Response(200, content=b"x"))
+    service = answers.service()
+    if stream:
+        assert b"".join(service.stream("/x")) == b"x"
+    else:
+        service.cancel(ID)
+    assert waited == [7.0, 60.0, 1.0]
+    with pytest.raises(ServiceBusy):
+        list(Answers(*busy, *busy).service().stream("/x"))
 
 
 def test_a_body_that_ends_too_early_is_told() -> None:

@@ -55,14 +55,14 @@ def test_an_export_of_another_folder_is_refused(hi5: Command, tmp_path: Path) ->
 def test_the_service_of_the_data_folder_is_found(hi5: Command, tmp_path: Path) -> None:
     import os
 
-    with announced(tmp_path, Connection(CLOSED, os.getpid())):
+    with announced(tmp_path, Connection(CLOSED, os.getpid(), "hi5_key")):
         assert CLOSED in hi5("list", "--data-dir", tmp_path).err
     assert CLOSED not in hi5("list", "--data-dir", tmp_path).err
 
 
 def test_the_connection_of_a_dead_process_counts_as_none(hi5: Command, tmp_path: Path) -> None:
     no_process = 2**22 + 1  # above the kernel's largest pid
-    with announced(tmp_path, Connection(CLOSED, no_process)):
+    with announced(tmp_path, Connection(CLOSED, no_process, "hi5_key")):
         assert "No `hi5 up` runs" in hi5("list", "--data-dir", tmp_path).err
 
 
