@@ -1,11 +1,14 @@
 """What failed, over HTTP and on the pages; and the machines it failed on."""
 
+import pytest
+
 from hi5_common.db import shards, workers
+from hi5_common.domain.access import Scope
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.retry import FailureKind
 from hi5_common.domain.spec import parse_spec
 from tests.api.test_dashboard import page
-from tests.api.world import World
+from tests.api.world import World, bearer, make_key
 
 
 def fail(world: World, reason: str, index: int | None) -> None:
@@ -82,7 +85,22 @@ def block(world: World, name: str) -> None:
             workers.failed(session, name, shard.id, FailureKind.WORKER, "no <GPU>", 600)
 
 
-def test_a_blocked_machine_is_shown_and_unblocked(world: World) -> None:
+@pytest.fixture
+def admin(world: World) -> World:
+    """The same world, asked by who looks after the service."""
+    world.client.headers.update(bearer(make_key(world.parts, scope=Scope.ADMIN)))
+    return world
+
+
+def test_machines_are_for_who_looks_after_the_service(world: World) -> None:
+    block(world, "node-1")
+    assert world.client.get("/v1/workers").status_code == 403
+    assert world.client.post("/v1/workers/node-1/unblock").status_code == 403
+    assert "node-1" not in world.client.get("/").text
+
+
+def test_a_blocked_machine_is_shown_and_unblocked(admin: World) -> None:
+    world = admin
     block(world, "node-1")
     (shown,) = world.client.get("/v1/workers").json()["items"]
     assert (shown["name"], shown["alive"], shown["failed_shards"]) == ("node-1", True, 3)
@@ -97,7 +115,7 @@ def test_a_blocked_machine_is_shown_and_unblocked(world: World) -> None:
     assert (shown["failed_shards"], shown["blocked_reason"]) == (0, None)
 
 
-def test_an_unknown_machine_is_not_found(world: World) -> None:
-    answer = world.client.post("/v1/workers/nobody/unblock")
+def test_an_unknown_machine_is_not_found(admin: World) -> None:
+    answer = admin.client.post("/v1/workers/nobody/unblock")
     assert answer.status_code == 404
     assert answer.json()["problems"][0]["value"] == "nobody"

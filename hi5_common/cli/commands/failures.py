@@ -13,6 +13,7 @@ from hi5_common.cli.options import (
     DataDirOption,
     DatasetArgument,
     JsonOption,
+    KeyFileOption,
     UrlOption,
     dataset_id,
 )
@@ -31,10 +32,11 @@ def failures(
     as_json: JsonOption = False,
     url: UrlOption = None,
     data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
 ) -> None:
     """List failed attempts, gaps and redraws, the newest first."""
     wanted = dataset_id(dataset)
-    with open_service(url, data_dir) as service:
+    with open_service(url, data_dir, key_file) as service:
         found = list(itertools.islice(service.failures(wanted), limit))
         if spec_out is not None:
             spec = service.manifest(wanted).spec.model_dump(mode="json")

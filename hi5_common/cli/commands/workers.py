@@ -7,7 +7,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from hi5_common.cli import console
-from hi5_common.cli.options import DataDirOption, JsonOption, UrlOption
+from hi5_common.cli.options import DataDirOption, JsonOption, KeyFileOption, UrlOption
 from hi5_common.cli.target import open_service
 from hi5_common.domain.workers import Worker
 
@@ -18,10 +18,13 @@ NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="As `hi5 worke
 
 @app.command("list")
 def list_workers(
-    as_json: JsonOption = False, url: UrlOption = None, data_dir: DataDirOption = None
+    as_json: JsonOption = False,
+    url: UrlOption = None,
+    data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
 ) -> None:
     """List the machines seen within a week: alive, busy with what, blocked until when and why."""
-    with open_service(url, data_dir) as service:
+    with open_service(url, data_dir, key_file) as service:
         found = service.workers()
     if as_json:
         console.write_json(found.model_dump(mode="json")["items"])
@@ -38,9 +41,14 @@ def list_workers(
 
 
 @app.command("unblock")
-def unblock(name: NameArgument, url: UrlOption = None, data_dir: DataDirOption = None) -> None:
+def unblock(
+    name: NameArgument,
+    url: UrlOption = None,
+    data_dir: DataDirOption = None,
+    key_file: KeyFileOption = None,
+) -> None:
     """Let a machine claim again, and forget what failed there."""
-    with open_service(url, data_dir) as service:
+    with open_service(url, data_dir, key_file) as service:
         service.unblock(name)
     console.out.print(escape(f"{name} may claim again"))
 

@@ -1,8 +1,8 @@
 """The ways into the service. Each route takes one, and by that says which scope it needs.
 
-`Reading`, `Writing` and `Administering` are for programs and our own pages, `Visiting` is for people: who is not
-signed in is led to where they can be. A route without a door is refused when the app is put
-together, unless it is in OPEN.
+`Reading`, `Writing` and `Administering` are for programs and for our own pages, `Visiting` is for
+people: who is not signed in is led to where they can be. A route without a door is refused when the
+app is put together, unless it is in OPEN.
 """
 
 from collections.abc import Callable, Iterable

@@ -33,8 +33,10 @@ def answering(monkeypatch: pytest.MonkeyPatch) -> Callable[[object], None]:
             return httpx.Response(200, json=document)
 
         @contextmanager
-        def opened(_url: str | None, _data_dir: Path | None) -> Iterator[Service]:
-            with Service("http://service", httpx.MockTransport(reply)) as service:
+        def opened(
+            _url: str | None, _data_dir: Path | None, _key_file: Path | None
+        ) -> Iterator[Service]:
+            with Service("http://service", None, httpx.MockTransport(reply)) as service:
                 yield service
 
         for module in ("failures", "workers"):
