@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 from hi5_common.db import clock, errors
 from hi5_common.db.tables import DeliveryRow, ShardRow, WorkerRow
 from hi5_common.domain import workers as rules
+from hi5_common.domain.failures import Told
 from hi5_common.domain.records import ShardStatus
 from hi5_common.domain.retry import FailureKind
 from hi5_common.domain.workers import BAD_SHARDS, BusySlot, Worker
@@ -22,6 +23,7 @@ from hi5_common.domain.workers import BAD_SHARDS, BusySlot, Worker
 ALIVE_S = 90.0
 FORGOTTEN_S = 7 * 24 * 3600.0
 _REMEMBERED = 10
+_REASON_CHARS = 300
 _UNBLOCKED = {"blocked_until": None, "blocked_reason": None}
 
 
@@ -73,7 +75,7 @@ def failed(
     pause_s = rules.block_s(first_block_s, blocks)
     why = (
         f"{len(guilty)} different shards failed here one after another, "
-        f"the last of {kind.value}: {reason.splitlines()[0][:300] if reason else ''}"
+        f"the last of {kind.value}: {Told.of(reason, kind.value).reason[:_REASON_CHARS]}"
     )
     session.execute(
         _change(name).values(

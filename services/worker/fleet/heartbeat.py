@@ -32,14 +32,22 @@ class Heartbeat:
 
     def problem(self) -> str | None:
         """Return why no process of this role is healthy here, or None if one is."""
-        beats = {path: path.stat().st_mtime for path in self._paths()}
+        beats = [beat for path in self._paths() if (beat := _read(path)) is not None]
         if not beats:
             return f"no {self.role} has run here: {self.folder} has no sign of life"
-        newest = max(beats, key=beats.__getitem__)
-        age_s = time.time() - beats[newest]
+        beaten_s, problem = max(beats)
+        age_s = time.time() - beaten_s
         if age_s > FRESH_S:
             return f"the {self.role} has done nothing for {age_s:.0f} s"
-        return newest.read_text(encoding="utf-8") or None
+        return problem or None
 
     def _paths(self) -> list[Path]:
         return list(self.folder.glob(f"{self.role}-{platform.node()}-*.beat"))
+
+
+def _read(path: Path) -> tuple[float, str] | None:
+    """Return when a process gave a sign and what it said; None if it has ended meanwhile."""
+    try:
+        return path.stat().st_mtime, path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return None

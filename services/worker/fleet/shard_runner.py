@@ -115,7 +115,8 @@ class ShardRunner:
             return Outcome.LOST
         except CancelRequested:
             return self._settle(Outcome.CANCELLED, lambda s: shards.cancel(s, *self._proof(shard)))
-        except DrainRequested:
+        except (DrainRequested, errors.DatabaseUnavailable, errors.DatabaseOutdated):
+            # A database that was away is no fault of the shard's, nor of this machine.
             return self._settle(Outcome.RELEASED, lambda s: shards.release(s, *self._proof(shard)))
         except Exception as error:  # a process boundary: whatever happened, the row must know
             log.warning("attempt failed", exc_info=error, extra=_names(shard))
