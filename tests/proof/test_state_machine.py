@@ -25,8 +25,9 @@ from hi5_common.domain.records import StoredObject
 from hi5_common.storage.obstore_store import digest
 from hi5_common.storage.port import ObjectStore
 from services.worker.keeper import Keeper
-from tests.proof import machine
-from tests.proof.machine import Fleet, Seen
+from tests.proof import fleet as fleet_module
+from tests.proof.fleet import Seen
+from tests.proof.machine import AnyOrder
 from tests.support.faulty import FaultyDatabase
 from tests.support.virtual_time import VirtualTime
 
@@ -50,13 +51,13 @@ MET = {
 """What 25,000 steps are to come across, and 5,000 for the greater part."""
 
 
-def fleets(database: Database, folder: Path) -> tuple[Callable[[int], type[Fleet]], Seen]:
+def fleets(database: Database, folder: Path) -> tuple[Callable[[int], type[AnyOrder]], Seen]:
     """Return state machines for seeds, and what they count."""
     clock, seen = VirtualTime(database), Seen()
     faulty = FaultyDatabase(database.engine)
 
-    def seeded(number: int) -> type[Fleet]:
-        class FleetOnIt(Fleet):
+    def seeded(number: int) -> type[AnyOrder]:
+        class FleetOnIt(AnyOrder):
             def __init__(self) -> None:
                 super().__init__(faulty, clock, folder, seen)
 
@@ -113,7 +114,7 @@ sweepable = upkeep.attempts_to_sweep
     [
         (shards, "_held", without_guard, "a zombie was believed"),
         (Keeper, "sweep_leases", without_sweep, "shards were never settled"),
-        (machine, "publish", without_verifying, "not"),
+        (fleet_module, "publish", without_verifying, "not"),
         (shards, "_explain_refusal", refused_again, "the holder of a lease was refused"),
         (upkeep, "attempts_to_sweep", too_eager, "no object"),
     ],
