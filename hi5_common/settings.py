@@ -1,6 +1,8 @@
 """Every setting of every process, from HI5_* environment variables or files that hold secrets."""
 
 import os
+import platform
+import re
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -67,6 +69,11 @@ class Settings(BaseSettings):
     """The table of `hi5 bench calibrate` that max_error and seconds_per_image go by; None is the
     one that comes with hi5. Workers of one dataset must have the same: labels name it."""
     worker_slots: int = Field(1, ge=1)
+    worker_name: str = Field(
+        default_factory=lambda: re.sub(r"[^A-Za-z0-9_.-]", "-", platform.node())[:80] or "worker",
+        pattern=r"^[A-Za-z0-9_.-]{1,80}$",
+    )
+    """The machine's name among those of the fleet; a block for bad work goes by it."""
     queue: str = "hi5.cpu"
 
     lease_s: Seconds = 60
@@ -74,6 +81,9 @@ class Settings(BaseSettings):
     reconcile_s: Seconds = 10
     dispatch_s: Seconds = 1
     ring_s: Seconds = 30
+    idle_poll_s: float = Field(20, gt=0, le=40)
+    """A worker with a free slot asks the database itself about this often, a quarter more or less.
+    At most 40: health takes a minute's silence for an illness."""
     log_format: LogFormat = LogFormat.TEXT
 
     max_rings: int = Field(64, ge=1)
@@ -85,7 +95,14 @@ class Settings(BaseSettings):
     child_images: int = Field(1000, ge=1)
     """After so many images a render child makes room for a fresh one."""
     child_memory_mb: int = Field(8192, ge=256)
-    """A render child that has grown beyond this makes room for a fresh one."""
+    """A render child that has grown beyond this makes room for a fresh one, between two images."""
+    child_memory_limit_mb: int = Field(12288, ge=256)
+    """A render child that has grown beyond this is killed, and its image tried again."""
+    child_network: bool = False
+    """Whether a render child may open network sockets; only a GPU driver may ever need them."""
+    block_s: Seconds = 600
+    """How long a machine claims nothing after three bad shards in a row; then twice that, and so
+    on up to four hours."""
     sweep_s: Seconds = 300
     orphan_grace_s: float = Field(3600, ge=0)
 
@@ -97,7 +114,13 @@ class Settings(BaseSettings):
         return lease_s
 
     def model_post_init(self, _context: Any, /) -> None:
-        """Refuse a renewal so slow that a healthy worker would fence itself."""
+        """Refuse a renewal so slow that a healthy worker fences itself, and limits at odds."""
+        if self.child_memory_limit_mb < self.child_memory_mb:
+            raise ValueError(
+                f"child_memory_limit_mb ({self.child_memory_limit_mb}) must be at least "
+                f"child_memory_mb ({self.child_memory_mb}): raise HI5_CHILD_MEMORY_LIMIT_MB or "
+                "lower HI5_CHILD_MEMORY_MB"
+            )
         if self.renew_s >= self.lease_s - self.fence_margin_s:
             raise ValueError(
                 f"renew_s ({self.renew_s}) must be below lease_s - {self.fence_margin_s:g} "

@@ -28,6 +28,8 @@ COMMANDS = {
     "list": "listing.list_datasets",
     "manifest": "manifest.manifest",
     "balance": "balance.balance",
+    "failures": "failures.failures",
+    "workers": "workers.app",
     "cancel": "steer.cancel",
     "retry": "steer.retry",
     "delete": "steer.delete",

@@ -5,6 +5,7 @@ import uuid
 from collections.abc import Iterator, Mapping
 from datetime import datetime
 from typing import Any, Self
+from urllib.parse import quote
 from uuid import UUID
 
 import httpx
@@ -14,10 +15,12 @@ from hi5_common.cli.failures import ServiceUnreachable
 from hi5_common.cli.fetch.source import TransferBroken
 from hi5_common.domain.balance import Balance
 from hi5_common.domain.errors import InvalidInput, PermanentError, Problem, TransientError
+from hi5_common.domain.failure_report import FailurePage, FailureReport
 from hi5_common.domain.manifest import Manifest, ManifestShard, Progress
 from hi5_common.domain.records import DatasetStatus
 from hi5_common.domain.rights import Rights
 from hi5_common.domain.spec import DatasetSpec
+from hi5_common.domain.workers import WorkerList
 
 TRIES = 4
 _TIMEOUT = httpx.Timeout(30, connect=5)
@@ -92,6 +95,22 @@ class Service:
     def balance(self, dataset_id: UUID) -> Balance:
         """Return requested, planned and delivered counts."""
         return Balance.model_validate(self._json("GET", f"/v1/datasets/{dataset_id}/balance"))
+
+    def failures(self, dataset_id: UUID) -> Iterator[FailureReport]:
+        """Yield what failed of a dataset, the newest first."""
+        address: str | None = f"/v1/datasets/{dataset_id}/failures"
+        while address:
+            page = FailurePage.model_validate(self._json("GET", address))
+            yield from page.items
+            address = page.next
+
+    def workers(self) -> WorkerList:
+        """Return the machines that render."""
+        return WorkerList.model_validate(self._json("GET", "/v1/workers"))
+
+    def unblock(self, name: str) -> None:
+        """Let a machine claim again."""
+        self._send("POST", f"/v1/workers/{quote(name, safe='')}/unblock")
 
     def rights(self, dataset_id: UUID) -> Rights:
         """Return what the licences of a dataset's assets allow."""

@@ -19,6 +19,7 @@ from hi5_common.db.tables import (
     DeletedDatasetRow,
     DeliveryRow,
     EventRow,
+    FailureRow,
     PlannedRow,
     ShardRow,
 )
@@ -179,7 +180,7 @@ def delete(session: Session, dataset_id: UUID) -> None:
     _row(session, dataset_id)
     if extending.is_extended(session, dataset_id):
         raise errors.DatasetInUse(dataset_id)
-    for table in (EventRow, ShardRow, DeliveryRow, PlannedRow):
+    for table in (EventRow, FailureRow, ShardRow, DeliveryRow, PlannedRow):
         session.execute(
             delete_rows(table)
             .where(table.dataset_id == dataset_id)

@@ -37,6 +37,14 @@ class DatasetInUse(PermanentError):
         super().__init__(f"Another dataset extends {dataset_id} and has its images.")
 
 
+class WorkerNotFound(PermanentError):
+    """No worker of this name was seen within the last week."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        super().__init__(f"No worker {name!r} was seen within the last week: see `hi5 workers`.")
+
+
 class ShardNotFound(PermanentError):
     """There is no such shard."""
 

@@ -13,7 +13,7 @@ from uuid import UUID
 from sqlalchemy import ColumnElement, Select, and_, func, or_, select, update
 from sqlalchemy.orm import Session
 
-from hi5_common.db import clock, deliveries, errors, events, rows
+from hi5_common.db import clock, deliveries, errors, events, failures, rows
 from hi5_common.db.tables import DatasetRow, EventRow, ShardRow
 from hi5_common.domain import lifecycle, retry
 from hi5_common.domain.lifecycle import DatasetEvent, Transition
@@ -96,22 +96,30 @@ def finish(
         events.record_shards(
             session, [shard_id], Transition.FINISH, owner=owner, detail=publication.trouble()
         )
+        failures.record_images(session, finished, publication, owner=owner)
         deliveries.add(session, finished.dataset_id, publication)
         return
     _explain_refusal(session, shard_id, attempt, document)
 
 
 def fail(
-    session: Session, shard_id: UUID, attempt: int, owner: str, kind: FailureKind, reason: str
+    session: Session,
+    shard_id: UUID,
+    attempt: int,
+    owner: str,
+    kind: FailureKind,
+    reason: str,
+    index: int | None = None,
 ) -> ShardStatus:
     """End an attempt without a publication; return whether the shard is pending again or failed.
 
-    Raises LeaseLost, also when this attempt has failed already.
+    index: the image to blame, if one is. Raises LeaseLost, also when this attempt has failed
+    already.
     """
     row = session.scalar(select(ShardRow).where(_held(shard_id, attempt, owner)).with_for_update())
     if row is None:
         raise errors.LeaseLost
-    return give_back(session, row, kind, reason, owner=owner)
+    return give_back(session, row, kind, reason, owner=owner, index=index)
 
 
 def release(session: Session, shard_id: UUID, attempt: int, owner: str) -> None:
@@ -231,12 +239,23 @@ def pending_to_ring(session: Session, limit: int, ring_s: float) -> list[UUID]:
     return chosen
 
 
+def any_due(session: Session) -> bool:
+    """Return whether a claim would find something now. It locks nothing."""
+    return session.scalar(_due().limit(1)) is not None
+
+
 def give_back(
-    session: Session, row: ShardRow, kind: FailureKind, reason: str, *, owner: str | None
+    session: Session,
+    row: ShardRow,
+    kind: FailureKind,
+    reason: str,
+    *,
+    owner: str | None,
+    index: int | None = None,
 ) -> ShardStatus:
     """Settle an attempt that ended badly, by the retry decision. The row must be locked."""
-    failures = row.failures + 1
-    decision = retry.decide(kind, failures)
+    times = row.failures + 1
+    decision = retry.decide(kind, times)
     if _cancel_requested(session, row.dataset_id):
         transition, delay_s = Transition.CANCEL, 0.0
     elif isinstance(decision, GiveUp):
@@ -249,7 +268,7 @@ def give_back(
         session,
         transition,
         and_(ShardRow.id == row.id, ShardRow.attempt == row.attempt),
-        failures=failures,
+        failures=times,
         failure_reason=f"{kind.value}: {reason}",
         not_before=clock.now_plus(delay_s),
         rung_at=None,
@@ -258,6 +277,7 @@ def give_back(
     )
     detail = f"{kind.value}: {reason}"
     events.record_shards(session, [row.id], transition, owner=owner, detail=detail)
+    failures.record_attempt(session, row, kind, reason, owner=owner, index=index)
     return lifecycle.target(transition)
 
 

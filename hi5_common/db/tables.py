@@ -180,6 +180,42 @@ class EventRow(Base):
     detail: Mapped[str | None] = mapped_column(Text)
 
 
+class FailureRow(Base):
+    """An attempt, an image or a draw that failed; the newest of each dataset are kept."""
+
+    __tablename__ = "failure"
+    __table_args__ = (Index("ix_failure_dataset_id_id", "dataset_id", "id"),)
+
+    id: Mapped[int] = mapped_column(RowNumber, primary_key=True, autoincrement=True)
+    at: Mapped[datetime] = mapped_column(UtcTime)
+    dataset_id: Mapped[UUID] = mapped_column(ForeignKey("dataset.id", ondelete="CASCADE"))
+    of: Mapped[str] = mapped_column(String(16))
+    shard_number: Mapped[int] = mapped_column(Integer)
+    attempt: Mapped[int] = mapped_column(Integer)
+    image_index: Mapped[int | None] = mapped_column(BigInteger)
+    draw: Mapped[int | None] = mapped_column(Integer)
+    kind: Mapped[str] = mapped_column(String(64))
+    reason: Mapped[str] = mapped_column(Text)
+    log: Mapped[str] = mapped_column(Text)
+    owner: Mapped[str | None] = mapped_column(String(128))
+
+
+class WorkerRow(Base):
+    """A machine that renders. failed_shards: ids in hex with a blank between, since the last that
+    it published. blocks: how often it was blocked, none published between.
+    """
+
+    __tablename__ = "worker"
+
+    name: Mapped[str] = mapped_column(String(80), primary_key=True)
+    seen_at: Mapped[datetime] = mapped_column(UtcTime)
+    slots: Mapped[int] = mapped_column(Integer)
+    failed_shards: Mapped[str] = mapped_column(Text)
+    blocks: Mapped[int] = mapped_column(Integer)
+    blocked_until: Mapped[datetime | None] = mapped_column(UtcTime)
+    blocked_reason: Mapped[str | None] = mapped_column(Text)
+
+
 class DeletedDatasetRow(Base):
     """A dataset that was deleted: leave to remove its objects. Unknown objects are left alone."""
 

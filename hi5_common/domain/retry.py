@@ -17,6 +17,7 @@ class FailureKind(StrEnum):
     IMAGE = "image"
     STORE = "store"
     WRONG_BYTES = "wrong_bytes"
+    DISK_FULL = "disk_full"
     INTERNAL = "internal"
 
 

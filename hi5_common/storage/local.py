@@ -2,22 +2,24 @@
 
 import hashlib
 import os
+import time
 import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
-from hi5_common.storage import errors
-from hi5_common.storage.port import ObjectEntry, ObjectHead, checked_key
+from hi5_common.storage import errors, full_disk
+from hi5_common.storage.port import Heed, ObjectEntry, ObjectHead, checked_key, unheeding
 
 PIECE_BYTES = 4 << 20
-TEMPORARY = ".part-"
-"""How the name of an unfinished object begins: no key can begin so."""
+UNFINISHED = ".unfinished"
+"""The folder of objects being written: no key can begin so, and one look finds what is left."""
+_REMEDY = "make room there, or name another place in HI5_STORE_URL."
 
 
 class LocalFolder:
-    """An ObjectStore in a folder: write beside, fsync, rename, fsync the folder.
+    """An ObjectStore in a folder: write under another name, fsync, rename, fsync the folder.
 
     obstore's own local store never calls fsync, so a row could outlive its object.
     """
@@ -25,19 +27,19 @@ class LocalFolder:
     def __init__(self, root: Path) -> None:
         self._root = root
 
-    def put(self, key: str, source: Path | bytes, sha256: str) -> None:
+    def put(self, key: str, source: Path | bytes, sha256: str, heed: Heed = unheeding) -> None:
         """Store the bytes under a temporary name, then rename."""
         target = self._path(key)
-        temporary = target.with_name(f"{TEMPORARY}{uuid.uuid4().hex}")
+        temporary = self._root / UNFINISHED / uuid.uuid4().hex
         try:
-            _make_folder(target.parent)
-            written = _write_durably(temporary, source)
+            _make_folder(temporary.parent)
+            written = _write_durably(temporary, source, heed)
             if written != sha256:
                 raise errors.WrongBytes(f"{key}: SHA-256 is {written}, not {sha256}.")
-            temporary.replace(target)
-            _sync_folder(target.parent)
+            _rename(temporary, target)
         except OSError as error:
-            raise errors.StoreUnavailable(f"{key}: {error}") from error
+            told = full_disk.told(error, self._root, _REMEDY)
+            raise errors.StoreUnavailable(f"{key}: {told}") from error
         finally:
             with suppress(OSError):  # mostly gone already, renamed
                 temporary.unlink()
@@ -85,9 +87,22 @@ class LocalFolder:
         """Yield the objects below a folder."""
         for folder, _, names in os.walk(self._path(prefix)):
             for name in names:
-                path = Path(folder, name)
-                if not name.startswith(TEMPORARY):
-                    yield from self._entry(path)
+                yield from self._entry(Path(folder, name))
+
+    def remove_unfinished(self, grace_s: float) -> int:
+        """Remove files of writers that a crash or a loss of power ended."""
+        removed = 0
+        try:
+            for path in (self._root / UNFINISHED).iterdir():
+                with suppress(FileNotFoundError):  # finished while we looked
+                    if path.stat().st_mtime < time.time() - grace_s:
+                        path.unlink()
+                        removed += 1
+        except FileNotFoundError:  # nothing was ever written
+            return removed
+        except OSError as error:
+            raise errors.StoreUnavailable(f"{UNFINISHED}: {error}") from error
+        return removed
 
     def _entry(self, path: Path) -> Iterator[ObjectEntry]:
         try:
@@ -115,16 +130,28 @@ def _translated(key: str, error: OSError) -> errors.ObjectMissing | errors.Store
     return errors.StoreUnavailable(f"{key}: {error}")
 
 
-def _write_durably(path: Path, source: Path | bytes) -> str:
+def _write_durably(path: Path, source: Path | bytes, heed: Heed) -> str:
     """Write and fsync; return the SHA-256 of what was written, in hex."""
     hasher = hashlib.sha256()
     with path.open("xb") as file:
         for piece in _pieces(source):
+            heed()
             hasher.update(piece)
             file.write(piece)
         file.flush()
         os.fsync(file.fileno())
     return hasher.hexdigest()
+
+
+def _rename(temporary: Path, target: Path) -> None:
+    """Move a file to its place; once more when a deletion took the folder, empty as yet, away."""
+    try:
+        _make_folder(target.parent)
+        temporary.replace(target)
+    except FileNotFoundError:
+        _make_folder(target.parent)
+        temporary.replace(target)
+    _sync_folder(target.parent)
 
 
 def _pieces(source: Path | bytes) -> Iterator[bytes]:

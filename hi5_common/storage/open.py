@@ -10,17 +10,23 @@ from hi5_common.settings import Settings
 from hi5_common.storage.local import LocalFolder
 from hi5_common.storage.obstore_store import ObstoreStore
 from hi5_common.storage.port import ObjectStore
-from hi5_common.storage.s3 import open_bucket
+from hi5_common.storage.s3 import Patience, open_bucket
 
 
-def open_store(settings: Settings) -> ObjectStore:
-    """Open file:///folder or s3://bucket/prefix. Nothing is contacted until it is used."""
+def open_store(settings: Settings, patience_s: float | None = None) -> ObjectStore:
+    """Open file:///folder or s3://bucket/prefix. Nothing is contacted until it is used.
+
+    patience_s: a request over a network ends within so many seconds, with all its retries. None
+    is the time that a worker without renewal may hold its lease.
+    """
+    total_s = settings.lease_s - settings.fence_margin_s if patience_s is None else patience_s
     url = settings.resolved_store_url
     parts = urlsplit(url)
     if parts.scheme == "file" and not parts.netloc and parts.path.startswith("/"):
         return LocalFolder(Path(unquote(parts.path)))
     if parts.scheme == "s3" and parts.netloc:
-        return open_bucket(parts.netloc, parts.path.strip("/"), settings)
+        patience = Patience.within(total_s)
+        return open_bucket(parts.netloc, parts.path.strip("/"), settings, patience)
     remedy = "Use file:///<absolute folder> or s3://<bucket>/<prefix>."
     raise InvalidInput([Problem("HI5_STORE_URL", url, remedy)])
 

@@ -1,7 +1,7 @@
 """The port: what hi5 asks of any object store."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -10,6 +10,13 @@ from typing import Protocol
 from hi5_common.storage import errors
 
 _KEY = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*(/[A-Za-z0-9_-][A-Za-z0-9._-]*)*")
+
+Heed = Callable[[], None]
+"""Called again and again while bytes move; what it raises abandons the operation."""
+
+
+def unheeding() -> None:
+    """Let an operation take its time."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +42,11 @@ class ObjectStore(Protocol):
     credentials are wrong, InvalidKey for a key that hi5 would never make.
     """
 
-    def put(self, key: str, source: Path | bytes, sha256: str) -> None:
+    def put(self, key: str, source: Path | bytes, sha256: str, heed: Heed = unheeding) -> None:
         """Store the bytes of a file, whole or not at all; then they survive a loss of power.
 
-        Raises WrongBytes if the source does not have this SHA-256 (hex).
+        Raises WrongBytes if the source does not have this SHA-256 (hex), and what `heed` raises:
+        nothing more is then sent.
         """
         ...
 
@@ -64,6 +72,14 @@ class ObjectStore(Protocol):
 
     def list(self, prefix: str) -> Iterator[ObjectEntry]:
         """Yield the objects below a folder, in no order. For sweeping only: readers follow rows."""
+        ...
+
+    def remove_unfinished(self, grace_s: float) -> int:
+        """Remove what dead writers left half-written; return how many pieces.
+
+        Nothing that was written to within the last `grace_s` seconds is touched. A store that
+        keeps such pieces where hi5 cannot see them removes none.
+        """
         ...
 
 

@@ -1,7 +1,8 @@
 """An S3 bucket, of Amazon or of anybody who speaks its language."""
 
+from dataclasses import dataclass
 from datetime import timedelta
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from obstore.store import S3Store
 
@@ -11,13 +12,37 @@ from hi5_common.storage.obstore_store import ObstoreStore
 if TYPE_CHECKING:
     from obstore.store import S3Config
 
-# Together shorter than a lease: an upload cannot outlive its lease unnoticed.
-RETRY_TIMEOUT = timedelta(seconds=40)
-REQUEST_TIMEOUT = timedelta(seconds=60)
-MAX_RETRIES = 5
+MAX_RETRIES = 100
+"""More than there is time for: the time is the bound, whatever the store answers."""
 
 
-def open_bucket(bucket: str, prefix: str, settings: Settings) -> ObstoreStore:
+@dataclass(frozen=True)
+class Patience:
+    """How long one request may take, in seconds.
+
+    request_s: a single try, with its body. retry_s: so long after the first try there may be
+    another. pause_s: the longest pause before one.
+    """
+
+    request_s: float
+    retry_s: float
+    pause_s: float
+
+    @classmethod
+    def within(cls, total_s: float) -> Self:
+        """Return what makes a request end, with all its retries, in less than `total_s`.
+
+        Another try fits in even when the first one is never answered.
+        """
+        return cls(request_s=0.4 * total_s, retry_s=0.5 * total_s, pause_s=0.05 * total_s)
+
+    @property
+    def longest_s(self) -> float:
+        """The longest a request can take with all its retries."""
+        return self.retry_s + self.pause_s + self.request_s
+
+
+def open_bucket(bucket: str, prefix: str, settings: Settings, patience: Patience) -> ObstoreStore:
     """Return a store in a bucket that exists. The server checks the SHA-256 of every upload."""
     config: S3Config = {
         "region": settings.s3_region,
@@ -29,15 +54,20 @@ def open_bucket(bucket: str, prefix: str, settings: Settings) -> ObstoreStore:
     if settings.s3_access_key_id and settings.s3_secret_access_key:
         config["access_key_id"] = settings.s3_access_key_id
         config["secret_access_key"] = settings.s3_secret_access_key
+    pause = timedelta(seconds=patience.pause_s)
     store = S3Store(
         bucket,
         prefix=prefix or None,
         config=config,
         client_options={
-            "timeout": REQUEST_TIMEOUT,
-            "connect_timeout": timedelta(seconds=5),
+            "timeout": timedelta(seconds=patience.request_s),
+            "connect_timeout": timedelta(seconds=min(5.0, patience.request_s)),
             "allow_http": settings.s3_allow_http,
         },
-        retry_config={"max_retries": MAX_RETRIES, "retry_timeout": RETRY_TIMEOUT},
+        retry_config={
+            "max_retries": MAX_RETRIES,
+            "retry_timeout": timedelta(seconds=patience.retry_s),
+            "backoff": {"init_backoff": min(pause, timedelta(seconds=0.1)), "max_backoff": pause},
+        },
     )
     return ObstoreStore(store)

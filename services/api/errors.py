@@ -60,6 +60,15 @@ def too_large(length: str, limit: int) -> ApiError:
     return ApiError(413, "too-large", "Body too large", [problem])
 
 
+def _not_found(error: db_errors.DatasetNotFound | db_errors.WorkerNotFound) -> ApiError:
+    if isinstance(error, db_errors.WorkerNotFound):
+        problem = Problem("name", error.name, "GET /v1/workers lists the workers there are.")
+        return ApiError(404, "not-found", "No such worker", [problem])
+    remedy = "GET /v1/datasets lists the datasets there are."
+    problem = Problem("dataset_id", str(error.dataset_id), remedy)
+    return ApiError(404, "not-found", "No such dataset", [problem])
+
+
 def _domain_error(error: Hi5Error) -> ApiError:
     match error:
         case db_errors.IdempotencyConflict():
@@ -72,10 +81,8 @@ def _domain_error(error: Hi5Error) -> ApiError:
             remedy = "Another dataset extends it and has its images: delete that one first."
             problem = Problem("dataset_id", str(error.dataset_id), remedy)
             return ApiError(409, "conflict", "Dataset in use", [problem])
-        case db_errors.DatasetNotFound():
-            remedy = "GET /v1/datasets lists the datasets there are."
-            problem = Problem("dataset_id", str(error.dataset_id), remedy)
-            return ApiError(404, "not-found", "No such dataset", [problem])
+        case db_errors.DatasetNotFound() | db_errors.WorkerNotFound():
+            return _not_found(error)
         case WrongBytes():
             log.error("published object damaged", exc_info=error, extra={"action": "request"})
             detail = "A published file is not what was stored. `hi5 audit` names all."

@@ -22,6 +22,7 @@ from services.api.catalogue.routes import router as catalogue
 from services.api.dashboard import pages
 from services.api.dashboard.routes import router as dashboard
 from services.api.datasets.routes import router as datasets
+from services.api.failures.routes import router as failures
 from services.api.head import Head
 from services.api.health.routes import router as health
 from services.api.images.routes import router as images
@@ -32,17 +33,20 @@ from services.api.plans.routes import router as plans
 from services.api.problems import MEDIA_TYPE, ProblemDetails
 from services.api.settings import ApiSettings
 from services.api.shield import Shield
+from services.api.workers.routes import router as workers
 
 ROUTERS = (
     datasets,
     manifest,
     balance,
     audit,
+    failures,
     cards,
     images,
     objects,
     plans,
     catalogue,
+    workers,
     health,
     dashboard,
 )

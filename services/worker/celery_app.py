@@ -16,18 +16,23 @@ from hi5_common.queue.celery_settings import celery_settings
 from hi5_common.settings import Settings
 from services.worker.fleet import drain
 from services.worker.fleet.heartbeat import Heartbeat
+from services.worker.fleet.sibling import Sibling
 
 BEAT_S = 5.0
+POLLER = "services.worker.fleet.poller"
 
 
 class HeartbeatStep(bootsteps.StartStopStep):  # type: ignore[misc]
-    """Beats from the event loop that also polls the broker: it stops when the loop hangs."""
+    """Beats from the event loop that also polls the broker: it stops when the loop hangs.
+
+    It says whether the worker hears doorbells. Whether it works, the poller says (poller.py).
+    """
 
     requires = frozenset({"celery.worker.components:Timer"})
 
     def __init__(self, parent: Any, **options: Any) -> None:
         super().__init__(parent, **options)
-        self.heartbeat = Heartbeat(Settings().health_dir, "worker")
+        self.heartbeat = Heartbeat(Settings().health_dir, "listener")
 
     def start(self, parent: Any) -> None:
         """Beat every BEAT_S seconds."""
@@ -38,11 +43,36 @@ class HeartbeatStep(bootsteps.StartStopStep):  # type: ignore[misc]
         self.heartbeat.end()
 
 
+class PollerStep(bootsteps.StartStopStep):  # type: ignore[misc]
+    """Keeps the process that asks the database for work while the broker does not tell of any."""
+
+    def __init__(self, parent: Any, **options: Any) -> None:
+        super().__init__(parent, **options)
+        self.poller = Sibling(POLLER)
+
+    def start(self, parent: Any) -> None:  # noqa: ARG002
+        """Start it."""
+        self.poller.start()
+
+    def close(self, parent: Any) -> None:  # noqa: ARG002
+        """Tell it to hand back or finish what it has, while the pool does the same."""
+        self.poller.ask_to_end()
+
+    def stop(self, parent: Any) -> None:  # noqa: ARG002
+        """Wait until it has."""
+        self.poller.join()
+
+    def terminate(self, parent: Any) -> None:  # noqa: ARG002
+        """End it at once, on a cold shutdown."""
+        self.poller.kill()
+        self.poller.join()
+
+
 def make_app(settings: Settings) -> Celery:
     """Return the application that the settings ask for."""
     made = Celery("hi5", include=["services.worker.tasks"])
     made.conf.update(celery_settings(settings))
-    made.steps["worker"].add(HeartbeatStep)
+    made.steps["worker"].update({HeartbeatStep, PollerStep})
     return made
 
 

@@ -8,12 +8,20 @@ from services.worker.fleet.heartbeat import Heartbeat
 
 
 def main(arguments: list[str]) -> int:
-    """Return 0 if a worker (or keeper) on this machine did its duty lately, else say why not."""
+    """Return 0 if a worker (or keeper) on this machine did its duty lately, else say why not.
+
+    A worker's duty is to ask the database for work. One that hears no doorbells does so too: that
+    is said, and is no illness.
+    """
     parser = argparse.ArgumentParser(prog="services.worker.healthcheck", description=__doc__)
     parser.add_argument("role", choices=("worker", "keeper"), nargs="?", default="worker")
-    problem = Heartbeat(Settings().health_dir, parser.parse_args(arguments).role).problem()
+    role = parser.parse_args(arguments).role
+    folder = Settings().health_dir
+    problem = Heartbeat(folder, role).problem()
     if problem:
         sys.stderr.write(f"{problem}\n")
+    elif role == "worker" and Heartbeat(folder, "listener").problem():
+        sys.stdout.write("it works, but hears no doorbell: see to the broker\n")
     return 1 if problem else 0
 
 

@@ -11,8 +11,9 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from uuid import UUID
 
-from hi5_common.db import shards, upkeep
+from hi5_common.db import shards, upkeep, workers
 from hi5_common.db.engine import Database, open_database
 from hi5_common.domain import keys
 from hi5_common.domain.errors import Hi5Error
@@ -22,9 +23,13 @@ from hi5_common.queue.port import Doorbell
 from hi5_common.settings import Settings
 from hi5_common.storage.open import open_store
 from hi5_common.storage.port import ObjectStore
+from hi5_common.storage.removal import Removal, Sweep, remove_listed
 from services.worker.fleet.heartbeat import Heartbeat
 
 log = logging.getLogger(__name__)
+
+STORE_PATIENCE_S = 5.0
+"""The keeper only lists and deletes, and has other duties than to wait for a store."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +56,14 @@ class Keeper:
         return len(shard_ids)
 
     def sweep_leases(self) -> int:
-        """Take back shards from silent workers and settle cancelled ones; return how many."""
+        """Take back shards from silent workers and settle cancelled ones; return how many.
+
+        Machines that were not seen for a week are forgotten.
+        """
         with self.database.transaction() as session:
             expired = upkeep.sweep_expired(session)
             settled = upkeep.settle_cancelled(session)
+            workers.forget_the_gone(session)
         for lease in expired:
             log.warning(
                 "lease ran out",
@@ -67,38 +76,40 @@ class Keeper:
 
         Objects of datasets this database knows nothing of are left alone.
         """
-        return self._sweep_attempts() + self._sweep_deleted()
+        # Longer than any lease, so that no worker can still be writing.
+        late_s = self.settings.orphan_grace_s + 2 * self.settings.lease_s
+        return (
+            self._sweep_attempts()
+            + self._sweep_deleted(late_s)
+            + self.store.remove_unfinished(late_s)
+        )
 
     def _sweep_attempts(self) -> int:
-        grace_s = self.settings.orphan_grace_s
         with self.database.snapshot() as session:
-            found = upkeep.attempts_to_sweep(session, grace_s)
-        removed = sum(self._remove_attempts(item) for item in found)
-        if found:
+            found = upkeep.attempts_to_sweep(session, self.settings.orphan_grace_s)
+        sweep = Sweep[upkeep.AttemptsToSweep]()
+        sweep.over(found, self._remove_attempts)
+        if sweep.clean:
             with self.database.transaction() as session:
-                upkeep.mark_swept(session, found)
-        return removed
+                upkeep.mark_swept(session, sweep.clean)
+        return sweep.finish()
 
-    def _remove_attempts(self, item: upkeep.AttemptsToSweep) -> int:
-        entries = self.store.list(keys.shard_folder(item.dataset_id, item.number))
-        doomed = [entry.key for entry in entries if _attempt_of(entry.key) < item.first_kept]
-        self.store.delete(doomed)
-        return len(doomed)
+    def _remove_attempts(self, item: upkeep.AttemptsToSweep) -> Removal:
+        folder = keys.shard_folder(item.dataset_id, item.number)
+        return remove_listed(self.store, folder, lambda key: _attempt_of(key) < item.first_kept)
 
-    def _sweep_deleted(self) -> int:
+    def _sweep_deleted(self, late_s: float) -> int:
         with self.database.snapshot() as session:
             dataset_ids = upkeep.deleted_datasets(session)
-        removed = 0
-        for dataset_id in dataset_ids:
-            doomed = [entry.key for entry in self.store.list(keys.dataset_prefix(dataset_id))]
-            self.store.delete(doomed)
-            removed += len(doomed)
+        sweep = Sweep[UUID]()
+        sweep.over(dataset_ids, self._remove_dataset)
+        for dataset_id in sweep.clean:
             with self.database.transaction() as session:
-                # Longer than any lease, so that no worker can write after we forgot.
-                upkeep.forget_deleted(
-                    session, dataset_id, self.settings.orphan_grace_s + 2 * self.settings.lease_s
-                )
-        return removed
+                upkeep.forget_deleted(session, dataset_id, late_s)
+        return sweep.finish()
+
+    def _remove_dataset(self, dataset_id: UUID) -> Removal:
+        return remove_listed(self.store, keys.dataset_prefix(dataset_id), lambda _key: True)
 
 
 @dataclass
@@ -162,7 +173,8 @@ def main(arguments: list[str]) -> int:
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stop.set())
     database = open_database(settings.resolved_database_url)
-    keeper = Keeper(database, open_store(settings), CeleryDoorbell(settings), settings)
+    store = open_store(settings, STORE_PATIENCE_S)
+    keeper = Keeper(database, store, CeleryDoorbell(settings), settings)
     run(keeper, stop, heartbeat)
     database.dispose()
     return 0

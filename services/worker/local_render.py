@@ -1,6 +1,6 @@
 """Render a spec here, without any service: images/, labels.parquet, coco.json.
 
-    python -m services.worker.local_render spec.yaml --out DIR [--index N] [--json]
+    python -m services.worker.local_render spec.yaml --out DIR [--index N [--draw D]] [--json]
 
 The same studio as the fleet's, so image N here is image N there, byte for byte.
 """
@@ -26,8 +26,9 @@ from hi5_common.export.coco import write_coco
 from hi5_common.export.label_table import write_label_table
 from hi5_common.own_places import entries_of
 from hi5_common.settings import RendererName, Settings
-from services.worker.outcome import failure_reason, write_atomically
+from services.worker.outcome import fault_of, write_atomically
 from services.worker.sample import Studio
+from services.worker.scene.sampling import Take
 from services.worker.studio import open_studio
 
 FAILED, WRONG_INPUT, INTERRUPTED = 1, 2, 130
@@ -60,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     asked = _parser().parse_args(arguments)
     try:
         spec = _read_spec(asked.spec)
-        indices = _indices(spec, asked.index)
+        takes = _takes(spec, asked.index, asked.draw)
         settings = Settings()
         _refuse_untradable(spec, settings.resolved_assets_dir)
         answer = _send_blenders_talk_to(asked.out / LOG_NAME)
@@ -72,9 +73,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             settings.resolved_assets_dir,
             device=settings.device,
             calibration=settings.calibration,
-            first=Plan.of(spec).cell(indices[0]).gender,
+            first=Plan.of(spec).cell(takes[0].index).gender,
         )
-        tally = render_all(studio, spec, indices, asked.out)
+        tally = render_all(studio, spec, takes, asked.out)
     except Hi5Error as error:
         print(f"error: {error}", file=sys.stderr)  # noqa: T201  a command's own voice
         return WRONG_INPUT if isinstance(error, InvalidInput) else FAILED
@@ -91,15 +92,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return FAILED if tally.failures else 0
 
 
-def render_all(studio: Studio, spec: DatasetSpec, indices: Sequence[int], out: Path) -> Tally:
+def render_all(studio: Studio, spec: DatasetSpec, takes: Sequence[Take], out: Path) -> Tally:
     """Render images into `out`/images and write their labels as Parquet and COCO files."""
     plan = Plan.of(spec)
     images = out / "images"
     images.mkdir(parents=True, exist_ok=True)
     tally = Tally()
-    for number, (index, then) in enumerate(zip_longest(indices, indices[1:]), start=1):
-        _render_one(studio, spec, plan, (index, then), images, tally)
-        print(f"\r{number}/{len(indices)} ", end="", file=sys.stderr, flush=True)  # noqa: T201
+    for number, (take, then) in enumerate(zip_longest(takes, takes[1:]), start=1):
+        _render_one(studio, spec, plan, (take, then), images, tally)
+        print(f"\r{number}/{len(takes)} ", end="", file=sys.stderr, flush=True)  # noqa: T201
     print(file=sys.stderr)  # noqa: T201
     tally.labels.sort(key=lambda label: label.index)
     write_label_table(out / "labels.parquet", tally.labels)
@@ -112,17 +113,17 @@ def _render_one(
     studio: Studio,
     spec: DatasetSpec,
     plan: Plan,
-    numbers: tuple[int, int | None],
+    takes: tuple[Take, Take | None],
     images: Path,
     tally: Tally,
 ) -> None:
-    index, then = numbers
+    take, then = takes
     started = time.perf_counter()
     try:
-        sample = studio.make_sample(spec, plan, index, then=then)
+        sample = studio.make_sample(spec, plan, take, then=then)
     except Hi5Error as error:
-        tally.failures[index] = f"{failure_reason(error)}: {error}"
-        print(f"image {index}: {error}", file=sys.stderr)  # noqa: T201
+        tally.failures[take.index] = f"{fault_of(error).value}: {error}"
+        print(f"image {take.index}: {error}", file=sys.stderr)  # noqa: T201
         return
     write_atomically(images / sample.label.file_name, sample.image)
     tally.labels.append(sample.label)
@@ -137,6 +138,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("spec", help="YAML or JSON file; - is standard input")
     parser.add_argument("--out", type=Path, required=True, help="folder for images and labels")
     parser.add_argument("--index", type=int, help="only this image of the dataset")
+    parser.add_argument("--draw", type=int, default=0, help="with --index: this draw of its cell")
     parser.add_argument("--json", action="store_true", help="print JSON for scripts")
     choices = [name.value for name in RendererName]
     parser.add_argument("--renderer", choices=choices, help="default: the HI5_RENDERER setting")
@@ -154,13 +156,17 @@ def _refuse_untradable(spec: DatasetSpec, assets_dir: Path) -> None:
         raise InvalidInput(problems)
 
 
-def _indices(spec: DatasetSpec, only: int | None) -> Sequence[int]:
+def _takes(spec: DatasetSpec, only: int | None, draw: int) -> Sequence[Take]:
+    if only is None and draw:
+        raise InvalidInput([Problem("draw", draw, "Name the image with --index too.")])
+    if draw < 0:
+        raise InvalidInput([Problem("draw", draw, "Name a draw of the image's cell from 0.")])
     if only is None:
-        return Plan.of(spec).render_order(0, spec.count)
+        return [Take(index, 0) for index in Plan.of(spec).render_order(0, spec.count)]
     if not 0 <= only < spec.count:
         remedy = f"Name an image from 0 to {spec.count - 1}: the spec asks for {spec.count}."
         raise InvalidInput([Problem("index", only, remedy)])
-    return range(only, only + 1)
+    return [Take(only, draw)]
 
 
 def _send_blenders_talk_to(log: Path) -> TextIO:

@@ -16,18 +16,21 @@ import sys
 import time
 import traceback
 from collections.abc import Mapping
+from contextlib import suppress
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from hi5_common.domain.errors import Hi5Error
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.settings import RendererName
-from services.worker.outcome import failure_reason, write_sample
+from services.worker.outcome import fault_of, write_sample
 from services.worker.sample import Sample, Studio
 from services.worker.scene.sampling import Take
+from services.worker.seclusion import SeclusionRefused, refuse_network
 from services.worker.studio import open_studio
 
 EVENTS_FD = 3
@@ -51,6 +54,8 @@ class Job(BaseModel):
     calibration: Path | None = None
     fault: None = None
     draws: dict[int, int] = Field(default_factory=dict)
+    network: bool = False
+    """Whether this process may open sockets; without need it takes them from itself."""
 
     def take(self, index: int) -> Take:
         """Return an image with the draw of its cell that is wanted."""
@@ -63,14 +68,16 @@ def main() -> None:
     bind_to_parent()
     try:
         run(Job.model_validate_json(sys.stdin.readline()))
-    except Exception:  # noqa: BLE001  the process boundary: the log gets all, the parent a code
-        traceback.print_exc()
+    except Exception as error:  # noqa: BLE001  the process boundary: the log gets all
+        _log_trace()
+        send({"event": "broken", **_told(error)})
         leave(1)
     leave(0)
 
 
 def run(job: Job) -> None:
     """Render every image of a job. A failed image is reported and does not stop the others."""
+    network = seclude(job.network)
     plan = Plan.of(job.spec)
     first = next((plan.cell(i).gender for i in job.indices if 0 <= i < job.spec.count), None)
     studio = open_studio(
@@ -83,7 +90,8 @@ def run(job: Job) -> None:
         calibration=job.calibration,
     )
     job.out_dir.mkdir(parents=True, exist_ok=True)
-    send({"event": "ready", "pid": os.getpid(), "renderer": studio.renderer.versions})
+    versions = studio.renderer.versions
+    send({"event": "ready", "pid": os.getpid(), "renderer": versions, "network": network})
     pairs = zip_longest(job.indices, job.indices[1:])
     made = sum(
         _attempt(studio, job, plan, job.take(index), None if then is None else job.take(then))
@@ -102,6 +110,17 @@ def bind_to_parent() -> None:
     Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
 
 
+def seclude(network: bool) -> str:
+    """Take the network from this process unless it is allowed; return what came of it, in words."""
+    if network:
+        return "open: HI5_CHILD_NETWORK allows it"
+    try:
+        refuse_network()
+    except SeclusionRefused as error:
+        return f"open: {error}"
+    return "none"
+
+
 def send(event: Mapping[str, Any]) -> None:
     """Write one event. A parent that is gone ends this process by the error this raises."""
     line = json.dumps(event, separators=(",", ":")).encode() + b"\n"
@@ -111,8 +130,9 @@ def send(event: Mapping[str, Any]) -> None:
 
 def leave(code: int) -> None:
     """End the process without running anyone's exit handlers."""
-    sys.stdout.flush()
-    sys.stderr.flush()
+    with suppress(OSError):  # a full disk must not turn a finished job into a failed one
+        sys.stdout.flush()
+        sys.stderr.flush()
     os._exit(code)
 
 
@@ -122,13 +142,21 @@ def _attempt(studio: Studio, job: Job, plan: Plan, take: Take, then: Take | None
         sample = studio.make_sample(job.spec, plan, take, then=then)
         write_sample(sample, job.out_dir, job.out_dir)
     except Exception as error:  # noqa: BLE001  the process boundary: one image must not stop a job
-        traceback.print_exc()
-        detail = str(error)[:_MAX_DETAIL]
-        reason = failure_reason(error)
-        send({"event": "failed", "index": take.index, "reason": reason, "detail": detail})
+        _log_trace()
+        send({"event": "failed", "index": take.index, **_told(error)})
         return False
     send(_image_event(sample, time.perf_counter() - started))
     return True
+
+
+def _told(error: Exception) -> dict[str, str]:
+    words = str(error) if isinstance(error, Hi5Error) else f"{type(error).__name__}: {error}"
+    return {"fault": fault_of(error).value, "detail": words[:_MAX_DETAIL]}
+
+
+def _log_trace() -> None:
+    with suppress(OSError):  # the log's disk may be the one that is full
+        traceback.print_exc()
 
 
 def _image_event(sample: Sample, seconds: float) -> dict[str, Any]:

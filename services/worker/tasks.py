@@ -2,8 +2,6 @@
 
 import functools
 import logging
-import platform
-import uuid
 from typing import TYPE_CHECKING
 
 from hi5_common.domain.errors import TransientError
@@ -11,6 +9,7 @@ from hi5_common.queue.port import RENDER_SHARD, hinted_shard
 from hi5_common.settings import Settings
 from services.worker.celery_app import app
 from services.worker.fleet import drain
+from services.worker.fleet.slots import Slots
 
 if TYPE_CHECKING:
     from services.worker.fleet.shard_runner import ShardRunner
@@ -23,25 +22,24 @@ MOST_ATTEMPTS = 100
 
 @app.task(name=RENDER_SHARD, ignore_result=True)
 def render_shard(message: object) -> None:
-    """Work on the hinted shard, then on whatever is due, until nothing is."""
-    try:
-        _runner().run_while_due(hinted_shard(message), MOST_ATTEMPTS)
-    except TransientError as error:  # the keeper rings again
-        log.warning("no work taken: %s", error, extra={"action": "claim_failed"})
+    """Work on the hinted shard, then on whatever is due, until nothing is.
+
+    Without a free slot it returns at once: a message is a hint.
+    """
+    drain.bell_of_this_process().note()
+    slots = Slots(drain.folder_of_this_process(), Settings().worker_slots)
+    with slots.one() as free:
+        if not free:
+            return
+        try:
+            _runner().run_while_due(hinted_shard(message), MOST_ATTEMPTS)
+        except TransientError as error:  # the keeper rings again
+            log.warning("no work taken: %s", error, extra={"action": "claim_failed"})
 
 
 @functools.cache
 def _runner() -> "ShardRunner":
     # Imported here, in a pool process: the main process stays free of threads.
-    from hi5_common.db.engine import open_database
-    from hi5_common.storage.open import open_store
-    from services.worker.fleet.shard_runner import ShardRunner
+    from services.worker.fleet.opening import open_runner
 
-    settings = Settings()
-    return ShardRunner(
-        database=open_database(settings.resolved_database_url),
-        store=open_store(settings),
-        settings=settings,
-        owner=f"{platform.node()[:80]}-{uuid.uuid4().hex[:12]}",
-        draining=drain.of_this_process(),
-    )
+    return open_runner(Settings(), drain.of_this_process())

@@ -63,7 +63,7 @@ def test_the_schema_spells_the_vocabulary_out(shared_world: World) -> None:
 def test_openapi_lists_every_route_of_the_api(shared_world: World) -> None:
     document = shared_world.client.get("/openapi.json").json()
     dataset = "/v1/datasets/{dataset_id}"
-    parts = ("manifest", "balance", "audit", "events", "cancel", "retry")
+    parts = ("manifest", "balance", "audit", "events", "failures", "cancel", "retry")
     assert set(document["paths"]) == {
         "/v1/datasets",
         dataset,
@@ -73,6 +73,8 @@ def test_openapi_lists_every_route_of_the_api(shared_world: World) -> None:
         f"{dataset}/images/{{index}}/labels",
         f"{dataset}/shards/{{number}}/objects/{{name}}",
         "/v1/plans",
+        "/v1/workers",
+        "/v1/workers/{name}/unblock",
         "/v1/vocabulary",
         "/v1/spec-schema",
         "/v1/presets",

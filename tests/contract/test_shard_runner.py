@@ -15,7 +15,7 @@ from hi5_common.db.errors import DatabaseUnavailable
 from hi5_common.domain.records import DatasetStatus, Shard, ShardStatus
 from hi5_common.storage.errors import StoreUnavailable
 from hi5_common.storage.open import memory_store
-from hi5_common.storage.port import ObjectEntry, ObjectHead, ObjectStore
+from hi5_common.storage.port import Heed, ObjectEntry, ObjectHead, ObjectStore, unheeding
 from hi5_common.storage.publish import verify
 from services.worker.fleet.shard_runner import Outcome
 from tests.support import factories
@@ -32,13 +32,13 @@ class Store:
     before_put: threading.Event | None = None
     put_begins: threading.Event = field(default_factory=threading.Event)
 
-    def put(self, key: str, source: Path | bytes, sha256: str) -> None:
+    def put(self, key: str, source: Path | bytes, sha256: str, heed: Heed = unheeding) -> None:
         if self.broken:
             raise StoreUnavailable("the disk is full")
         self.put_begins.set()
         if self.before_put is not None:
             assert self.before_put.wait(60)
-        self.inner.put(key, source, sha256)
+        self.inner.put(key, source, sha256, heed)
 
     def get(self, key: str) -> bytes:
         return self.inner.get(key)
@@ -58,6 +58,9 @@ class Store:
 
     def list(self, prefix: str) -> Iterator[ObjectEntry]:
         return self.inner.list(prefix)
+
+    def remove_unfinished(self, grace_s: float) -> int:
+        return self.inner.remove_unfinished(grace_s)
 
 
 def all_shards(database: Database, dataset_id: UUID) -> list[Shard]:
@@ -113,13 +116,15 @@ def test_a_poisoned_image_is_a_named_gap(database: Database, tmp_path: Path) -> 
     assert publication
     (gap,) = publication.gaps
     assert (publication.image_count, gap.index) == (1, 1)
-    assert gap.reason.startswith("failed 5 times: killed by SIGSEGV")
+    assert gap.reason.startswith("crash: failed 5 times; killed by SIGSEGV")
     with database.snapshot() as session:
         seen = datasets.get(session, made.id)
         history = events.of_dataset(session, made.id, 100)
     assert (seen.status, seen.images_done) == (DatasetStatus.COMPLETE_WITH_GAPS, 1)
     assert seen.images_missing == 1
-    assert any("image 1 is missing: failed 5 times" in str(event.detail) for event in history)
+    assert any(
+        "image 1 is missing: crash: failed 5 times" in str(event.detail) for event in history
+    )
 
 
 def test_an_image_that_cannot_be_made_is_drawn_again_and_the_row_says_so(
@@ -139,7 +144,7 @@ def test_a_poisoned_shard_fails_with_its_image(database: Database, tmp_path: Pat
     assert runner(database, Store(), tmp_path).run_next(None) is Outcome.FAILED
     shard = only_shard(database, made.id)
     assert shard.status is ShardStatus.FAILED
-    assert "image 0 failed 5 times: killed by SIGSEGV" in str(shard.failure_reason)
+    assert "image 0: crash: failed 5 times; killed by SIGSEGV" in str(shard.failure_reason)
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,7 @@ def test_an_index_outside_the_dataset_is_told(tmp_path: Path, hands_cache: Path)
 
 def test_a_failed_image_does_not_stop_the_child(tmp_path: Path, hands_cache: Path) -> None:
     _, failed, image, done = _child(tmp_path, hands_cache, "fake", [99, 0])
-    assert (failed["event"], failed["index"], failed["reason"]) == ("failed", 99, "index_error")
+    assert (failed["event"], failed["index"], failed["fault"]) == ("failed", 99, "bug")
     assert (image["event"], done["images"]) == ("image", 1)
 
 

@@ -20,7 +20,8 @@ from hi5_common.storage.port import ObjectStore
 from hi5_common.storage.publish import verify
 from services.worker.keeper import Keeper
 
-WORKER = ("celery", "-A", "services.worker.celery_app", "worker")
+APP = "services.worker.celery_app"
+POLLER = "services.worker.fleet.poller"
 QUIET = ("--without-gossip", "--without-mingle", "--loglevel", "INFO")
 PATIENCE_S = 60.0
 
@@ -39,8 +40,8 @@ class Fleet:
     def start_keeper(self) -> subprocess.Popen[bytes]:
         return self._start("keeper", ("services.worker.keeper",))
 
-    def start_worker(self) -> subprocess.Popen[bytes]:
-        return self._start("worker", (*WORKER, *QUIET))
+    def start_worker(self, app: str = APP) -> subprocess.Popen[bytes]:
+        return self._start("worker", ("celery", "-A", app, "worker", *QUIET))
 
     def stop(self) -> None:
         """Kill every process that still runs."""
@@ -168,6 +169,11 @@ def command_line(pid: int) -> str:
 def render_children(worker_pid: int, settings: Settings) -> list[int]:
     """Return the render children below a worker."""
     return [pid for pid in descendants(worker_pid) if settings.child_module in command_line(pid)]
+
+
+def pollers(worker_pid: int) -> list[int]:
+    """Return the process below a worker that asks the database for work."""
+    return [pid for pid in descendants(worker_pid) if POLLER in command_line(pid)]
 
 
 def pool_processes(worker_pid: int, settings: Settings) -> list[int]:

@@ -27,7 +27,7 @@ def main() -> None:
     if fault == "never_starts":
         sys.stderr.write("no GPU here\n")
         os._exit(3)
-    _say({"event": "ready"})
+    _say({"event": "ready", "network": "unknown"})
     for index in job["indices"]:
         _misbehave(fault, argument, index, out_dir, job["draws"])
         if fault == "slow":
@@ -42,24 +42,38 @@ def _misbehave(fault: str, argument: str, index: int, out_dir: Path, draws: dict
         os.kill(os.getpid(), signal.SIGSEGV)
     if not argument.isdigit() or index != int(argument):
         return
-    match fault:
-        case "crash_once" if _first_time(out_dir, fault):
-            os.kill(os.getpid(), signal.SIGSEGV)
-        case "crash_always":
+    if fault.endswith("_once") and not _first_time(out_dir, fault):
+        return
+    match fault.removesuffix("_once"):
+        case "crash" | "crash_always":
             os.kill(os.getpid(), signal.SIGSEGV)
         case "crash_first_draw" if str(index) not in draws:
             os.kill(os.getpid(), signal.SIGSEGV)
-        case "hang_once" if _first_time(out_dir, fault):
+        case "hang" | "wait":
             time.sleep(3600)
-        case "nonsense_once" if _first_time(out_dir, fault):
+        case "grow":
+            grown = bytearray(400_000_000)
+            time.sleep(3600 + len(grown))
+        case "nonsense":
             os.write(3, b"Blender 5.2.3 says hello\n")
             time.sleep(3600)
-        case "refuse_once" if _first_time(out_dir, fault):
-            _say({"event": "failed", "index": index, "reason": "no pose", "detail": "found"})
-        case "wait":
-            time.sleep(3600)
-        case _:
-            return
+        case kind:
+            _report(kind, index)
+
+
+def _report(kind: str, index: int) -> None:
+    """Speak of a fault, if it is one to speak of."""
+    match kind:
+        case "refuse":
+            _say({"event": "failed", "index": index, "fault": "refused_view", "detail": "none"})
+        case "no_memory":
+            _say({"event": "failed", "index": index, "fault": "out_of_memory", "detail": ""})
+            time.sleep(3600)  # nobody is to wait for a child that could get no memory
+        case "no_disk":
+            _say({"event": "failed", "index": index, "fault": "disk_full", "detail": "full"})
+        case "break":
+            _say({"event": "broken", "fault": "missing_asset", "detail": "no hand"})
+            os._exit(1)
 
 
 def _first_time(out_dir: Path, fault: str) -> bool:

@@ -1,13 +1,7 @@
 """What the settings point to: database, broker, object store."""
 
-import hashlib
-import uuid
-
 from hi5_common.cli.checks.check import Check, CheckFailed
 from hi5_common.settings import Settings
-from hi5_common.storage.errors import ObjectMissing
-
-PROBE_KEY = "probes"
 
 
 def service_checks(settings: Settings) -> tuple[Check, ...]:
@@ -59,17 +53,6 @@ def _broker(settings: Settings) -> str:
 
 
 def _store(settings: Settings) -> str:
-    """Put, read, delete, and find it gone."""
-    from hi5_common.storage.open import open_store
+    from hi5_common.storage.probe import probe_settings
 
-    store = open_store(settings)
-    key, content = f"{PROBE_KEY}/{uuid.uuid4().hex}", b"hi5 doctor"
-    store.put(key, content, hashlib.sha256(content).hexdigest())
-    if store.get(key) != content:
-        raise CheckFailed("an object came back with other bytes")
-    store.delete([key])
-    try:
-        store.get(key)
-    except ObjectMissing:
-        return f"{settings.resolved_store_url}: put, get and delete work"
-    raise CheckFailed("a deleted object can still be read")
+    return probe_settings(settings)

@@ -18,6 +18,9 @@ def render(
     index: Annotated[
         int | None, typer.Option("--index", help="Only this image of the dataset.")
     ] = None,
+    draw: Annotated[
+        int, typer.Option("--draw", min=0, help="With --index: this draw of the image's cell.")
+    ] = 0,
     renderer: Annotated[
         RendererName | None, typer.Option(help="fake draws quick test pictures.")
     ] = None,
@@ -27,6 +30,7 @@ def render(
     Settings()  # refuses a wrong variable in this command's words
     arguments = [str(spec_path), f"--out={out}"]
     arguments += [f"--index={index}"] if index is not None else []
+    arguments += [f"--draw={draw}"] if draw else []
     arguments += [f"--renderer={renderer.value}"] if renderer is not None else []
     arguments += ["--json"] if as_json else []
     # A process of its own: Blender belongs to the worker, and may take its process with it.

@@ -6,6 +6,7 @@ from uuid import UUID
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import Field
 
+from hi5_common.db import workers
 from hi5_common.domain.strict import MAX_COUNT
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, SKELETON, Attribute
 from hi5_common.fairness.page import body
@@ -17,8 +18,11 @@ from services.api.dashboard.pages import page
 from services.api.dashboard.shards import shard_board
 from services.api.datasets import service
 from services.api.datasets.schemas import DatasetPageQuery, DatasetView
+from services.api.failures.service import newest
 from services.api.paging import StrictQuery
 from services.api.parts import Wired
+
+FAILURES_SHOWN = 12
 
 router = APIRouter(include_in_schema=False)
 
@@ -39,7 +43,16 @@ def show_datasets(
     found = service.page(parts, query.limit + 1, query.after)
     shown = [DatasetView.of(dataset) for dataset in found[: query.limit]]
     following = shown[-1].id if len(found) > query.limit else None
-    return page(request, "datasets.html", datasets=shown, following=following, query=query)
+    with parts.database.snapshot() as session:
+        machines = workers.all_of_them(session)
+    return page(
+        request,
+        "datasets.html",
+        datasets=shown,
+        following=following,
+        query=query,
+        workers=machines,
+    )
 
 
 @router.get("/datasets/{dataset_id}")
@@ -55,6 +68,7 @@ def show_dataset(
         "dataset.html",
         dataset=DatasetView.of(dataset),
         board=shard_board(parts, dataset_id),
+        failures=newest(parts, dataset_id, FAILURES_SHOWN),
         balance=found,
         charts=[bar_chart(table) for table in found.attributes if table.attributes[0] in among],
         fixed=fixed(found),

@@ -49,6 +49,7 @@ class DatasetView(BaseModel):
                 "balance": f"{address}/balance",
                 "audit": f"{address}/audit",
                 "events": f"{address}/events",
+                "failures": f"{address}/failures",
                 "card": f"{address}/card",
                 "croissant": f"{address}/croissant",
                 "licences": f"{address}/licences",

@@ -5,7 +5,12 @@ from hi5_common.domain.retry import FailureKind
 
 
 class AttemptFailed(PermanentError):
-    """The attempt came to nothing; the retry decision says whether there is another."""
+    """The attempt came to nothing; the retry decision says whether there is another.
+
+    index: the image that it was about, if it was about one.
+    """
+
+    index: int | None = None
 
     def __init__(self, kind: FailureKind, reason: str) -> None:
         self.kind = kind

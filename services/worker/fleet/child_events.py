@@ -5,11 +5,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from hi5_common.domain.errors import PermanentError
+from hi5_common.domain.faults import ImageFault
 
 
 @dataclass(frozen=True)
 class Ready:
-    """The child has started and takes up its first image."""
+    """The child has started and takes up its first image.
+
+    network: "none", or "open: " and why it could not be, or was not to be, refused one.
+    """
+
+    network: str
 
 
 @dataclass(frozen=True)
@@ -28,7 +34,16 @@ class ImageRefused:
     """The child could not make an image, and lived to say so."""
 
     index: int
-    reason: str
+    fault: ImageFault
+    detail: str
+
+
+@dataclass(frozen=True)
+class ChildBroken:
+    """The child cannot go on, and lived to say why."""
+
+    fault: ImageFault
+    detail: str
 
 
 @dataclass(frozen=True)
@@ -38,7 +53,7 @@ class AllDone:
     images: int
 
 
-ChildEvent = Ready | ImageRendered | ImageRefused | AllDone
+ChildEvent = Ready | ImageRendered | ImageRefused | ChildBroken | AllDone
 
 
 class ProtocolError(PermanentError):
@@ -56,7 +71,7 @@ def parse_event(line: bytes) -> ChildEvent:
 def _event(document: dict[str, Any]) -> ChildEvent:
     match document["event"]:
         case "ready":
-            return Ready()
+            return Ready(str(document["network"]))
         case "image":
             return ImageRendered(
                 index=int(document["index"]),
@@ -66,8 +81,10 @@ def _event(document: dict[str, Any]) -> ChildEvent:
                 rss_mb=float(document["rss_mb"]),
             )
         case "failed":
-            detail = document.get("detail") or ""
-            return ImageRefused(int(document["index"]), f"{document['reason']} {detail}".strip())
+            fault = ImageFault(document["fault"])
+            return ImageRefused(int(document["index"]), fault, str(document["detail"]))
+        case "broken":
+            return ChildBroken(ImageFault(document["fault"]), str(document["detail"]))
         case "done":
             return AllDone(int(document["images"]))
         case other:

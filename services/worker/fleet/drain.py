@@ -1,12 +1,14 @@
-"""The flag that tells the pool processes of a worker that it is being stopped.
+"""What the processes of one worker share: a folder, named in their environment.
 
-A file, because the pool's processes are spawned and share nothing with the worker's main process
-but their environment.
+In it are the flag that says the worker is being stopped, the slots, and when a doorbell last rang.
+Files, because the processes are spawned and share nothing but their environment.
 """
 
 import os
 import tempfile
+import time
 from collections.abc import MutableMapping
+from dataclasses import dataclass
 from pathlib import Path
 
 VARIABLE = "HI5_DRAIN_FILE"
@@ -21,14 +23,50 @@ class DrainFlag:
 
     def __call__(self) -> bool:
         """Return whether to take up no new work."""
-        orphaned = os.getppid() != self._parent_pid
-        return orphaned or (self._path is not None and self._path.exists())
+        return self.orphaned() or (self._path is not None and self._path.exists())
+
+    def orphaned(self) -> bool:
+        """Return whether the worker's main process is gone."""
+        return os.getppid() != self._parent_pid
+
+
+@dataclass(frozen=True)
+class Bell:
+    """When a doorbell last rang in this worker, whichever of its processes heard it."""
+
+    path: Path | None
+
+    def note(self) -> None:
+        """Say that it rings now."""
+        if self.path is not None:
+            self.path.parent.mkdir(exist_ok=True)
+            self.path.touch()
+
+    def age_s(self) -> float | None:
+        """Return the seconds since it rang; None if it never did."""
+        try:
+            rung_s = None if self.path is None else self.path.stat().st_mtime
+        except FileNotFoundError:
+            return None
+        return None if rung_s is None else max(0.0, time.time() - rung_s)
+
+
+def folder_of_this_process() -> Path | None:
+    """Return the folder of the worker that this process belongs to."""
+    path = os.environ.get(VARIABLE)
+    return Path(path).parent if path else None
 
 
 def of_this_process() -> DrainFlag:
-    """Return the flag of the worker this pool process belongs to."""
+    """Return the flag of the worker that this process belongs to."""
     path = os.environ.get(VARIABLE)
     return DrainFlag(Path(path) if path else None, os.getppid())
+
+
+def bell_of_this_process() -> Bell:
+    """Return the bell of the worker that this process belongs to."""
+    folder = folder_of_this_process()
+    return Bell(folder and folder / "rung")
 
 
 def announce(environment: MutableMapping[str, str]) -> Path:

@@ -18,9 +18,11 @@ from hi5_common.domain.records import Tallies
 from hi5_common.domain.retry import FailureKind
 from hi5_common.domain.vocabulary import Attribute
 from hi5_common.export.label_table import write_label_table
+from hi5_common.storage import full_disk
 from services.worker.fleet.attempt_errors import AttemptFailed
 from services.worker.fleet.shard_render import RenderedImage
 
+_REMEDY = "make room there, or name another place in HI5_SCRATCH_DIR."
 _HEADER_BYTES = tarfile.BLOCKSIZE  # USTAR: one block, as long as names are short
 
 
@@ -61,8 +63,19 @@ def pack(
 
     crossed: the attributes whose pairs are counted.
 
-    Raises AttemptFailed if a file no longer has the SHA-256 it was accepted with.
+    Raises AttemptFailed if a file no longer has the SHA-256 it was accepted with, or if the disk
+    is full.
     """
+    try:
+        return _pack(images, folder, crossed)
+    except OSError as error:
+        told = full_disk.told(error, folder, _REMEDY)
+        raise AttemptFailed(FailureKind.WORKER, f"the shard cannot be packed: {told}") from error
+
+
+def _pack(
+    images: Sequence[RenderedImage], folder: Path, crossed: Iterable[Attribute]
+) -> PackedShard:
     members = _write_tar(folder / keys.SAMPLES, images)
     write_label_table(folder / keys.LABELS, _labels(images))
     document = {"members": [asdict(member) for member in members]}

@@ -15,9 +15,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
+from hi5_common.domain.faults import ImageFault
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.settings import Settings
 from services.worker.fleet.child_events import ChildEvent, parse_event
+from services.worker.fleet.child_memory import kernel_oom_kills, memory_mb
 
 EVENTS_FD = 3
 _KEPT = ("PATH", "LANG", "LD_LIBRARY_PATH", "CUDA_VISIBLE_DEVICES", "CUDA_CACHE_PATH")
@@ -44,6 +46,7 @@ class RenderJob:
     calibration: str | None = None
     fault: str | None = None
     draws: dict[int, int] = field(default_factory=dict)
+    network: bool = False
 
     @classmethod
     def of(
@@ -60,6 +63,7 @@ class RenderJob:
             assets_dir=str(settings.resolved_assets_dir),
             device=settings.device,
             calibration=None if settings.calibration is None else str(settings.calibration),
+            network=settings.child_network,
         )
 
 
@@ -75,6 +79,7 @@ class RenderProcess:
         self._lines: deque[bytes] = deque()
         self._partial = b""
         self._status: int | None = None
+        self._oom_kills_before = kernel_oom_kills()
         self._reader, writer = os.pipe()
         os.set_blocking(self._reader, False)
         try:
@@ -113,6 +118,19 @@ class RenderProcess:
         self.kill()
         self._selector.close()
         os.close(self._reader)
+
+    def memory_mb(self) -> float:
+        """Return what the child and all it has started hold of the machine's memory."""
+        return memory_mb(self.pid)
+
+    def fault_of_end(self) -> ImageFault:
+        """Return what an end means that nobody had asked for."""
+        killed = (
+            self._status is not None and os.waitstatus_to_exitcode(self._status) == -signal.SIGKILL
+        )
+        if killed and kernel_oom_kills() > self._oom_kills_before:
+            return ImageFault.OUT_OF_MEMORY
+        return ImageFault.CRASH
 
     def describe_end(self) -> str:
         """Return how the child ended, with the last lines of its log."""

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from hi5_common.domain import keys
+from hi5_common.domain.retry import FailureKind
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED
 from hi5_common.export.label_table import read_label_table
 from services.worker.fleet.attempt_errors import AttemptFailed
@@ -67,3 +69,13 @@ def test_a_file_that_changed_is_not_packed(tmp_path: Path) -> None:
     image.image_path.write_bytes(b"\xff\xd8 other")
     with pytest.raises(AttemptFailed, match=r"000000000.jpg changed"):
         pack([image], tmp_path, ALWAYS_BALANCED)
+
+
+@pytest.mark.parametrize("name", [keys.SAMPLES, keys.LABELS, keys.MEMBERS])
+def test_a_full_disk_is_the_workers_trouble_and_is_told(tmp_path: Path, name: str) -> None:
+    """Whatever is written to /dev/full finds no room."""
+    (tmp_path / name).symlink_to("/dev/full")
+    image = rendered(tmp_path / "images", 0)
+    with pytest.raises(AttemptFailed, match=r"no space left below .* MB .*HI5_SCRATCH_DIR") as told:
+        pack([image], tmp_path, ALWAYS_BALANCED)
+    assert told.value.kind is FailureKind.WORKER

@@ -4,15 +4,23 @@ import os
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
 
+from hi5_common.domain.faults import OF_THE_MACHINE, ImageFault
 from hi5_common.domain.retry import FailureKind
+from services.worker.fleet import render_process
 from services.worker.fleet.attempt_errors import AttemptFailed, DrainRequested, LeaseGone
 from services.worker.fleet.child_events import ProtocolError, parse_event
-from services.worker.fleet.render_process import RenderJob, RenderProcess, clean_environment
+from services.worker.fleet.child_records import ChildRecord, Ended
+from services.worker.fleet.render_process import (
+    ChildGone,
+    RenderJob,
+    RenderProcess,
+    clean_environment,
+)
 from services.worker.fleet.shard_render import Limits, RenderedImage, ShardRender
 
 STAND_IN = (sys.executable, "-m", "tests.support.stand_in_child")
@@ -25,7 +33,7 @@ class Attempt:
     folder: Path
     fault: tuple[str, ...] = ()
     images: int = 5
-    limits: Limits = field(default_factory=lambda: Limits(20, 1000, 8192, 30))
+    limits: Limits = field(default_factory=lambda: Limits(20, 1000, 8192, 8192, 30))
     check: Callable[[int], None] = lambda _: None
     draining: Callable[[], bool] = lambda: False
 
@@ -50,11 +58,65 @@ def test_every_image_comes_back_in_order(tmp_path: Path) -> None:
     assert contents(Attempt(tmp_path).render().run()) == WHOLE
 
 
-@pytest.mark.parametrize("fault", ["crash_once", "hang_once", "nonsense_once", "refuse_once"])
-def test_a_fault_costs_the_image_in_flight(tmp_path: Path, fault: str) -> None:
-    render = Attempt(tmp_path, (fault, "2"), limits=Limits(3, 1000, 8192, 30)).render()
+FAULTS = {
+    "crash_once": ImageFault.CRASH,
+    "hang_once": ImageFault.HANG,
+    "nonsense_once": ImageFault.BROKEN_PROTOCOL,
+    "refuse_once": ImageFault.REFUSED_VIEW,
+    "grow_once": ImageFault.OUT_OF_MEMORY,
+    "no_memory_once": ImageFault.OUT_OF_MEMORY,
+}
+
+
+@pytest.mark.parametrize(("fault", "meaning"), FAULTS.items(), ids=FAULTS)
+def test_a_fault_costs_the_image_in_flight_and_is_named(
+    tmp_path: Path, fault: str, meaning: ImageFault, caplog: pytest.LogCaptureFixture
+) -> None:
+    ended: list[ChildRecord] = []
+    limits = Limits(3, 1000, 300, 300, 30)
+    render = replace(Attempt(tmp_path, (fault, "2"), limits=limits).render(), ended=ended.append)
     assert contents(render.run()) == WHOLE
     assert render.tries == {2: 1}
+    killed = [] if fault == "refuse_once" else [meaning]  # who refuses lives on
+    assert [record.end for record in ended] == [*killed, Ended.DONE]
+    (failed,) = [line for line in caplog.messages if line.startswith("image failed: ")]
+    assert failed.startswith(f"image failed: {meaning.value}: ")
+
+
+@pytest.mark.parametrize(
+    ("fault", "kind", "reason"),
+    [
+        ("no_disk_once", FailureKind.DISK_FULL, "image 2: full"),
+        ("break_once", FailureKind.WORKER, "missing_asset: image 2: no hand; exit code 1"),
+    ],
+)
+def test_what_only_another_machine_can_mend_ends_the_attempt(
+    tmp_path: Path, fault: str, kind: FailureKind, reason: str
+) -> None:
+    ended: list[ChildRecord] = []
+    render = replace(Attempt(tmp_path, (fault, "2")).render(), ended=ended.append)
+    with pytest.raises(AttemptFailed) as caught:
+        render.run()
+    assert [record.end in OF_THE_MACHINE for record in ended] == [True]
+    assert caught.value.kind is kind
+    assert caught.value.reason.startswith(reason)
+    assert (render.draws, render.gaps) == ({}, {})
+
+
+def test_a_kill_while_the_kernel_kills_for_memory_is_no_crash(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = RenderJob({}, (), str(tmp_path), 1, "fake", "/cache")
+    kills = iter((3, 4, 4, 4))
+    monkeypatch.setattr(render_process, "kernel_oom_kills", lambda: next(kills))
+    script = "import os; os.kill(os.getpid(), 9)"
+    for meaning in (ImageFault.OUT_OF_MEMORY, ImageFault.CRASH):
+        child = RenderProcess(job, tmp_path, (sys.executable, "-c", script))
+        with pytest.raises(ChildGone):
+            while True:
+                child.next_event(1)
+        assert child.fault_of_end() is meaning
+        child.close()
 
 
 def test_a_child_that_lies_about_its_files_is_not_believed(tmp_path: Path) -> None:
@@ -67,7 +129,7 @@ def test_an_image_that_always_crashes_is_a_gap_and_the_rest_goes_through(tmp_pat
     render = Attempt(tmp_path, ("crash_always", "3")).render()
     assert [image.index for image in render.run()] == [0, 1, 2, 4]
     assert list(render.gaps) == [3]
-    assert render.gaps[3].reason.startswith("failed 5 times: killed by SIGSEGV")
+    assert render.gaps[3].reason.startswith("crash: failed 5 times; killed by SIGSEGV")
     assert render.draws == {}
 
 
@@ -76,11 +138,13 @@ def test_an_image_that_fails_thrice_is_drawn_again(tmp_path: Path) -> None:
     assert contents(render.run()) == WHOLE
     assert render.gaps == {}
     assert (render.draws[3].draw, render.tries) == (1, {3: 3})
-    assert render.draws[3].reason.startswith("failed 3 times: killed by SIGSEGV")
+    assert render.draws[3].reason.startswith("crash: failed 3 times; killed by SIGSEGV")
 
 
 def test_a_shard_of_gaps_alone_fails_with_the_first_one(tmp_path: Path) -> None:
-    with pytest.raises(AttemptFailed, match=r"image 0 failed 5 times: killed by SIGSEGV") as caught:
+    with pytest.raises(
+        AttemptFailed, match=r"image 0: crash: failed 5 times; killed by SIGSEGV"
+    ) as caught:
         Attempt(tmp_path, ("crash_always", "0"), images=1).render().run()
     assert caught.value.kind is FailureKind.IMAGE
 
@@ -98,7 +162,8 @@ def test_a_child_that_will_not_start_fails_with_its_log(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("fault", "limits"), [((), Limits(20, 2, 8192, 30)), (("fat",), Limits(20, 1000, 8192, 30))]
+    ("fault", "limits"),
+    [((), Limits(20, 2, 8192, 8192, 30)), (("fat",), Limits(20, 1000, 8192, 8192, 30))],
 )
 def test_a_worn_out_child_is_replaced_without_blame(
     tmp_path: Path, fault: tuple[str, ...], limits: Limits
@@ -133,7 +198,7 @@ def test_a_draining_worker_finishes_what_is_nearly_done(tmp_path: Path) -> None:
 
 def test_a_draining_worker_gives_up_what_is_far_from_done(tmp_path: Path) -> None:
     others = children_of_this_process()
-    limits = Limits(20, 1000, 8192, drain_s=0)
+    limits = Limits(20, 1000, 8192, 8192, drain_s=0)
     with pytest.raises(DrainRequested):
         Attempt(tmp_path, ("slow", "5"), limits=limits, draining=lambda: True).render().run()
     assert children_of_this_process() == others

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from hi5_common.domain.spec import Quality
-from services.worker.outcome import failure_reason
+from services.worker.outcome import fault_of
 from services.worker.render.checks import check_frame
 from services.worker.render.errors import BlackFrame, EmptyFrame, NonFiniteFrame, RenderFailed
 from services.worker.render.port import Frame
@@ -35,7 +35,7 @@ def test_a_broken_frame_fails_with_its_reason(
 ) -> None:
     with pytest.raises(error) as caught:
         check_frame(_frame(value, alpha), 0.0)
-    assert failure_reason(caught.value) == reason
+    assert fault_of(caught.value).value == reason
 
 
 def test_more_quality_is_more_samples_and_the_reference_is_not_denoised() -> None:

@@ -1,0 +1,27 @@
+"""GET the machines that render; let a blocked one claim again."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+
+from hi5_common.db import workers
+from hi5_common.domain.workers import Worker, WorkerList
+from services.api.parts import Wired
+
+router = APIRouter(prefix="/v1/workers", tags=["workers"])
+
+Name = Annotated[str, Path(pattern=r"^[A-Za-z0-9_.-]{1,80}$")]
+
+
+@router.get("")
+def list_workers(parts: Wired) -> WorkerList:
+    """List the machines seen within a week: who is alive, what it does, who is blocked and why."""
+    with parts.database.snapshot() as session:
+        return WorkerList(items=workers.all_of_them(session))
+
+
+@router.post("/{name}/unblock")
+def unblock_worker(parts: Wired, name: Name) -> Worker:
+    """Let a machine claim again, and forget what failed there. Idempotent."""
+    with parts.database.transaction() as session:
+        return workers.unblock(session, name)
