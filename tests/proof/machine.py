@@ -123,7 +123,7 @@ class AnyOrder(Fleet):
             self.store_files(chosen(self.workers, which), stages, [])
 
     @precondition(lambda self: self.workers)
-    @rule(which=WHICH, files=st.integers(1, 3), faults=st.lists(STORES, max_size=6))
+    @rule(which=WHICH, files=st.integers(1, 3), faults=st.lists(STORES, max_size=9))
     def upload(self, which: int, files: int, faults: list[StoreFault]) -> None:
         """Store some of a shard's files, as long as the worker's own clock lets it."""
         self.store_files(chosen(self.workers, which), files, faults)

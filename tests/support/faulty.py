@@ -15,7 +15,7 @@ from hi5_common.queue.memory import MemoryDoorbell
 from hi5_common.storage.errors import StoreUnavailable
 from hi5_common.storage.obstore_store import digest
 from hi5_common.storage.open import memory_store
-from hi5_common.storage.port import ObjectEntry, ObjectHead, ObjectStore
+from hi5_common.storage.port import Heed, ObjectEntry, ObjectHead, ObjectStore, unheeding
 
 
 class CommitFault(StrEnum):
@@ -79,7 +79,8 @@ class FaultyStore:
     version: int = 0
     now_s: Callable[[], float] = time.monotonic
 
-    def put(self, key: str, source: Path | bytes, sha256: str) -> None:
+    def put(self, key: str, source: Path | bytes, sha256: str, heed: Heed = unheeding) -> None:
+        heed()
         data = source if isinstance(source, bytes) else source.read_bytes()
         fault = self._next()
         if fault is StoreFault.LATE:
@@ -134,6 +135,9 @@ class FaultyStore:
         if self._next() is StoreFault.FAILED:
             raise StoreUnavailable(f"{prefix}: failed")
         return self.inner.list(prefix)
+
+    def remove_unfinished(self, grace_s: float) -> int:
+        return self.inner.remove_unfinished(grace_s)
 
     def _overwrite(self, key: str, data: bytes) -> None:
         self.version += 1
