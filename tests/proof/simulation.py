@@ -35,6 +35,7 @@ from services.worker.keeper import Keeper
 from tests.proof.faultpoints import Fault, Points
 from tests.proof.scheduler import Event, Process, Scheduler, Threading, Time
 from tests.proof.world import (
+    LATE_S,
     SimulatedDatabase,
     SimulatedDoorbell,
     SimulatedRender,
@@ -45,13 +46,12 @@ from tests.proof.world import (
 )
 from tests.support import factories, runners
 
-WORKERS, KEEPERS = 3, 2
 GRACE_S = 120.0
-CALM_S = 240.0
+CALM_S = 150.0
 """From here on nothing fails."""
 END_S = 3000.0
 """By then everything is settled, or it never is."""
-CHANCE = 0.05
+CHANCE = 0.06
 SETTINGS = {
     "lease_s": 60,
     "renew_s": 15,
@@ -128,7 +128,8 @@ class Simulation:
         self.cancelled: set[UUID] = set()
         self.deleted: set[UUID] = set()
         self.draining: set[str] = set()
-        self.started = 0
+        self.started = self.busy = 0
+        self.closing = False
         with tables.engine.connect() as connection:
             raw = connection.connection.driver_connection
             virtual_moment(lambda: self.scheduler.now_s)(raw)
@@ -139,14 +140,17 @@ class Simulation:
     def run(self) -> Verdict:
         """Let everything happen; return what the checker found."""
         with self._simulated():
-            for number in range(WORKERS):
+            for number in range(self.rng.choice([2, 2, 3])):
                 self._start(f"worker{number}", self._work)
-            for number in range(KEEPERS):
+            for number in range(self.rng.choice([1, 1, 2])):
                 self._start(f"keeper{number}", self._keep)
             self._use()
-            while self.scheduler.now_s < END_S and (self._unsettled() or self._rubbish()):
+            while self.scheduler.now_s < END_S and self._unsettled():
                 self._try_failed_again()
                 self.scheduler.sleep(80.0)
+            self.closing = True
+            while self.scheduler.now_s < END_S and (self._rubbish() or self.busy):
+                self.scheduler.sleep(40.0)
             self.scheduler.end()
             return self._verdict()
 
@@ -183,12 +187,12 @@ class Simulation:
         """Start a process, and another one of its name whenever it has died."""
 
         def watch() -> None:
-            while True:
+            while not (self.closing and act == self._work):
                 process = Process(name)
                 task = self.scheduler.start(process, lambda: act(name))
                 while not task.done:
                     self.scheduler.sleep(20.0)
-                self.scheduler.sleep(self.rng.uniform(0.0, 60.0))
+                self.scheduler.sleep(self.rng.uniform(0.0, 40.0))
 
         self.scheduler.start(Process(f"init-{name}"), watch)
 
@@ -204,13 +208,16 @@ class Simulation:
             draining=lambda: self._drains(name),
             points=self.points,
         )
-        while not self._drains(name):
+        while not self.closing and not self._drains(name):
             message = self.doorbell.take()
+            self.busy += 1
             try:
                 runner.run_while_due(hinted_shard(message), 100)
             except TransientError:
                 self.points.say("no work taken")
-            self.scheduler.sleep(self.rng.uniform(5.0, 25.0))
+            finally:
+                self.busy -= 1
+            self.scheduler.sleep(self.rng.uniform(10.0, 40.0))
         self.draining.discard(name)
 
     def _drains(self, name: str) -> bool:
@@ -226,21 +233,24 @@ class Simulation:
 
     def _use(self) -> None:
         """Submit, and perhaps cancel, try again or delete, while everything goes wrong."""
-        for _ in range(2):
-            count, size = self.rng.choice([(2, 2), (4, 2), (6, 3)])
+        for _ in range(self.rng.choice([1, 2])):
+            count, size = self.rng.choice([(2, 2), (4, 2), (3, 3)])
             spec = factories.spec(count, size, seed=len(self.specs))
             with self.database.transaction() as session:
                 made = datasets.create(session, spec, factories.Cut(count, size)).dataset
             self.specs[made.id] = spec
-            self.scheduler.sleep(self.rng.uniform(1.0, 90.0))
+            self.scheduler.sleep(self.rng.uniform(1.0, 60.0))
         dataset_id = self.rng.choice(list(self.specs))
         act = self.rng.choice([None, None, None, self._cancel, self._delete])
         if act is not None:
             act(dataset_id)
-        self.scheduler.sleep(max(0.0, CALM_S - self.scheduler.now_s))
+        self.scheduler.sleep(max(0.0, CALM_S + LATE_S + 10.0 - self.scheduler.now_s))
+
+    def _left(self) -> list[UUID]:
+        return [dataset_id for dataset_id in self.specs if dataset_id not in self.deleted]
 
     def _try_failed_again(self) -> None:
-        for each in self.specs.keys() - self.deleted:
+        for each in self._left():
             with self.database.transaction() as session:
                 datasets.retry_failed(session, each)
 
@@ -261,8 +271,7 @@ class Simulation:
         with self.database.snapshot() as session:
             return [
                 shard
-                for dataset_id in self.specs
-                if dataset_id not in self.deleted
+                for dataset_id in self._left()
                 for shard in shards.of_dataset(session, dataset_id, 100)
             ]
 
@@ -284,7 +293,7 @@ class Simulation:
         for shard in rows:
             self._judge(shard, verdict)
         with self.database.snapshot() as session:
-            for dataset_id in self.specs.keys() - self.deleted:
+            for dataset_id in self._left():
                 self._judge_sums(session, dataset_id, rows, verdict)
         return verdict
 

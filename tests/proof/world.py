@@ -104,14 +104,14 @@ class SimulatedDatabase(Database):
         def noted(*arguments: Any, **named: Any) -> Any:
             self.doing.append(name)
             answer = act(*arguments, **named)
-            self.points.say(f"{name} {_told(arguments)}")
+            self.points.say(f"{name}{_told(arguments)} -> {str(answer)[:60]}")
             return answer
 
         return noted
 
 
 def _told(arguments: Sequence[object]) -> str:
-    return " ".join(str(a)[-40:] for a in arguments[1:4])
+    return "".join(f" {str(argument)[:8]}" for argument in arguments[1:4])
 
 
 def virtual_moment(now_s: Callable[[], float]) -> Callable[[Any], None]:
@@ -257,7 +257,7 @@ class SimulatedRender:
         self._fail_at("render.start", FailureKind.CHILD_START)
         done: list[int] = []
         for index in self.indices:
-            self.points.scheduler.sleep(self.rng.uniform(0.5, 25.0))
+            self.points.scheduler.sleep(self.rng.uniform(0.5, 20.0))
             self.check(len(done))
             if self.draining():
                 raise DrainRequested
