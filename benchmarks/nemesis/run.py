@@ -1,0 +1,246 @@
+"""A whole run: start everything, strike, let it come to rest, look."""
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from sqlalchemy import func, select
+
+from benchmarks.nemesis.checker import Verdict, check
+from benchmarks.nemesis.faults import COMPONENT, Arena, Ending, Missed
+from benchmarks.nemesis.history import Entry, History
+from benchmarks.nemesis.processes import Fleet
+from benchmarks.nemesis.schedule import Strike, strikes
+from benchmarks.nemesis.servers import Servers, servers_running
+from benchmarks.nemesis.users import Shape, Users
+from benchmarks.nemesis.world import World, survey
+from hi5_common.db.engine import Database, open_database
+from hi5_common.db.tables import ShardRow
+from hi5_common.domain.errors import Hi5Error
+from hi5_common.domain.records import ShardStatus
+from hi5_common.queue.celery_doorbell import CeleryDoorbell
+from hi5_common.storage.open import open_store
+from hi5_common.storage.port import ObjectStore
+from tests.support.servers import free_ports
+
+LOOK_S = 0.05
+CALM_S = 0.5
+SMALL = Shape(shards=10, images_per_shard=4, image_s=0.25)
+PATIENCE_S = 180.0
+"""A run that makes no progress for so long is over, finished or not."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How much of what. shards: at least so many; more if faults take longer than they do."""
+
+    seed: int
+    faults: int
+    shards: int
+    workers: int = 3
+    shape: Shape = SMALL
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run leaves behind: what was done and seen, what is there, and what is wrong."""
+
+    options: Options
+    entries: list[Entry]
+    world: World
+    verdict: Verdict
+    seconds: float
+    quiet_seconds: float
+    """Of `seconds`, those after the last fault."""
+
+
+@dataclass
+class Run:
+    """A fleet under fire."""
+
+    options: Options
+    servers: Servers
+    fleet: Fleet
+    users: Users
+    history: History
+    database: Database
+    store: ObjectStore
+    say: Callable[[str], None]
+    endings: dict[str, Ending] = field(default_factory=dict)
+    numbers: dict[str, int] = field(default_factory=dict)
+    """Of the strikes whose endings are to come, by target."""
+
+    def strike_all(self) -> None:
+        """Do every fault, and keep work coming as long as that takes."""
+        arena = Arena(
+            self.fleet,
+            self.servers,
+            self.users,
+            self.database,
+            CeleryDoorbell(self.servers.ours),
+            lambda target: target not in self.endings,
+        )
+        done = 0
+        for strike in strikes(self.options.seed):
+            if done == self.options.faults:
+                break
+            self._wait(strike.gap_s)
+            self._keep_busy(done)
+            component = COMPONENT.get(strike.kind)
+            while component in self.endings:
+                self._wait(LOOK_S)
+            done += self._strike(arena, strike)
+            if done % 100 == 0 and done:
+                self.say(f"{done} faults, {self._count(ShardStatus.DONE)} shards done")
+        while self.endings:
+            self._wait(LOOK_S)
+        arena.doorbell.close()
+
+    def come_to_rest(self) -> None:
+        """Wait until all is published and swept, or until nothing moves any more."""
+        missing = self.options.shards - self.users.asked * self.options.shape.shards
+        for _ in range(0, missing, self.options.shape.shards):
+            self.users.want()
+        self.users.stop()
+        self._wait_for(self._unfinished)
+        self._wait_for(self._orphans)
+
+    def _strike(self, arena: Arena, strike: Strike) -> bool:
+        began = {"number": strike.number, "kind": strike.kind, "name": strike.kind.name}
+        try:
+            result = arena.strike(strike)
+        except Missed:
+            self.history.append("missed", **began)
+            return False
+        self.history.append("fault", target=result.target, **began)
+        if result.ending is None:
+            self.history.append("healed", number=strike.number)
+        else:
+            self.endings[result.target] = result.ending
+            self.numbers[result.target] = strike.number
+        return True
+
+    def _wait(self, seconds: float) -> None:
+        """Let time go by; undo what is due, and start again what ended by itself."""
+        until_s = time.monotonic() + seconds
+        while True:
+            for target, ending in list(self.endings.items()):
+                if ending.due():
+                    ending.undo()
+                    del self.endings[target]
+                    self.history.append("healed", number=self.numbers.pop(target))
+            for process in self.fleet.died():
+                self.history.append("died", target=process.name, exit_code=process.exit_code())
+                process.start()
+            if time.monotonic() >= until_s:
+                return
+            time.sleep(LOOK_S)
+
+    def _keep_busy(self, faults_done: int) -> None:
+        """Submit as the faults go on, and more if the fleet would run out of work."""
+        options = self.options
+        size = options.shape.shards
+        share = (faults_done + 1) / options.faults
+        while self.users.asked * size < min(options.shards, share * options.shards + size):
+            self.users.want()
+        if "database" in self.endings:
+            return
+        waiting = self.users.asked * size - self._count(ShardStatus.DONE)
+        if waiting < size:
+            self.users.want()
+
+    def _count(self, status: ShardStatus) -> int:
+        with self.database.snapshot() as session:
+            query = select(func.count()).where(ShardRow.status == status.value)
+            return int(session.scalar(query) or 0)
+
+    def _wait_for(self, left: Callable[[], int]) -> None:
+        """Wait until nothing is left, as long as it becomes less."""
+        least, patient_until_s = left(), time.monotonic() + PATIENCE_S
+        while least and time.monotonic() < patient_until_s:
+            self._wait(CALM_S)
+            now = left()
+            if now < least:
+                least, patient_until_s = now, time.monotonic() + PATIENCE_S
+
+    def _unfinished(self) -> int:
+        """Count shards that are not done; have users retry those that hi5 gave up."""
+        with self.database.snapshot() as session:
+            query = select(ShardRow.dataset_id).where(ShardRow.status == ShardStatus.FAILED.value)
+            failed = list(session.scalars(query.distinct()))
+            left = session.scalar(
+                select(func.count()).where(ShardRow.status != ShardStatus.DONE.value)
+            )
+        for dataset_id in failed:
+            self.users.retry_failed(dataset_id)
+        return int(left or 0)
+
+    def _orphans(self) -> int:
+        """Count objects that are more than three for every published shard."""
+        try:
+            kept = sum(1 for _ in self.store.list("datasets"))
+        except Hi5Error:
+            kept = 1
+        return max(0, kept - 3 * self._count(ShardStatus.DONE))
+
+
+@contextmanager
+def arena(options: Options, folder: Path, say: Callable[[str], None]) -> Iterator[Run]:
+    """Start servers and fleet; end them at the end."""
+    with servers_running(folder) as servers:
+        fleet = Fleet(servers.theirs, folder, free_ports(1)[0], options.workers)
+        history = History(folder / "history.jsonl")
+        users = Users(fleet.url, history, options.shape)
+        database = open_database(servers.ours.database_url)
+        run = Run(
+            options,
+            servers,
+            fleet,
+            users,
+            history,
+            database,
+            open_store(servers.ours),
+            say,
+        )
+        fleet.start()
+        users.start()
+        try:
+            yield run
+        finally:
+            fleet.end()
+            database.dispose()
+
+
+def carry_out(options: Options, folder: Path, say: Callable[[str], None]) -> Outcome:
+    """Do a whole run; everything it writes goes to the folder."""
+    with arena(options, folder, say) as run:
+        began_s = time.monotonic()
+        run.history.append("begin", seed=options.seed)
+        run.strike_all()
+        last_s = time.monotonic()
+        say(f"{options.faults} faults are done; waiting for rest")
+        run.come_to_rest()
+        ended_s = time.monotonic()
+        run.fleet.end()
+        for process in run.fleet.workers:
+            _take_log(run.history, process.log_path)
+        world = survey(run.database, run.store)
+        entries = run.history.entries()
+        verdict = check(entries, world, run.servers.template)
+    return Outcome(options, entries, world, verdict, ended_s - began_s, ended_s - last_s)
+
+
+def _take_log(history: History, path: Path) -> None:
+    """Add to the history what a worker believes to have published."""
+    for line in path.read_text("utf-8", "replace").splitlines():
+        if '"action": "published"' in line:
+            told = json.loads(line)
+            history.append(
+                "worker_published",
+                dataset_id=told["dataset_id"],
+                shard=told["shard"],
+                attempt=told["attempt"],
+            )

@@ -1,0 +1,137 @@
+"""Those who use the service while it suffers: one submits, one reads what is published."""
+
+import queue
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import Any
+from uuid import UUID
+
+import httpx
+
+from benchmarks.nemesis.history import History
+
+TIMEOUT_S = 5.0
+PAUSE_S = 0.2
+LOOK_EVERY_S = 1.0
+
+
+@dataclass(frozen=True)
+class Shape:
+    """How large every dataset is, and how long an image takes, in seconds."""
+
+    shards: int
+    images_per_shard: int
+    image_s: float
+
+    def spec(self, seed: int) -> dict[str, Any]:
+        """Return the spec of a dataset."""
+        return {
+            "name": f"nemesis {self.image_s:g}",
+            "seed": seed,
+            "count": self.shards * self.images_per_shard,
+            "images_per_shard": self.images_per_shard,
+            "image": {"width": 64, "height": 48},
+        }
+
+
+@dataclass
+class Users:
+    """Two threads that ask the API and write down what it answered."""
+
+    url: str
+    history: History
+    shape: Shape
+    asked: int = 0
+    """Datasets that were to be submitted so far."""
+    acknowledged: list[UUID] = field(default_factory=list)
+    _wanted: "queue.SimpleQueue[int | None]" = field(default_factory=queue.SimpleQueue)
+    _stop: threading.Event = field(default_factory=threading.Event)
+    _threads: list[threading.Thread] = field(default_factory=list)
+
+    def start(self) -> None:
+        """Begin to work through what is wanted, and to read."""
+        self._threads = [
+            threading.Thread(target=target, name=target.__name__, daemon=True)
+            for target in (self._submit_all, self._read_all)
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def stop(self) -> None:
+        """End once everything wanted is acknowledged. Raises RuntimeError if a thread does not."""
+        self._wanted.put(None)
+        self._threads[0].join(120)
+        self._stop.set()
+        self._threads[1].join(4 * TIMEOUT_S)
+        if any(thread.is_alive() for thread in self._threads):
+            raise RuntimeError("the API does not answer users any more")
+
+    def want(self) -> None:
+        """Have one more dataset submitted."""
+        self._wanted.put(self.asked)
+        self.asked += 1
+
+    def retry_failed(self, dataset_id: UUID) -> None:
+        """Ask that failed shards of a dataset be tried again, as a user would."""
+        self.history.append("user_retry", dataset_id=dataset_id)
+        self._asked_until_answered("POST", f"/v1/datasets/{dataset_id}/retry")
+
+    def _submit_all(self) -> None:
+        while (seed := self._wanted.get()) is not None:
+            dataset_id = self._submit(seed)
+            self._submit(seed)  # as a user would who does not trust the answer
+            self.acknowledged.append(dataset_id)
+
+    def _submit(self, seed: int) -> UUID:
+        key = f"nemesis-{seed}"
+        self.history.append("submit", key=key, seed=seed)
+        answer = self._asked_until_answered(
+            "POST", "/v1/datasets", json=self.shape.spec(seed), headers={"Idempotency-Key": key}
+        )
+        dataset_id = UUID(answer["id"])
+        self.history.append("acknowledged", key=key, seed=seed, dataset_id=dataset_id)
+        return dataset_id
+
+    def _asked_until_answered(self, method: str, path: str, **rest: Any) -> Any:
+        """Send a request again and again until it is answered; any refusal is an error of hi5."""
+        while True:
+            try:
+                answer = httpx.request(method, self.url + path, timeout=TIMEOUT_S, **rest)
+            except httpx.TransportError:
+                time.sleep(PAUSE_S)
+                continue
+            if answer.status_code < 300:
+                return answer.json()
+            if answer.status_code != 503:
+                self.history.append(
+                    "refused", path=path, status=answer.status_code, body=answer.text[:500]
+                )
+            time.sleep(PAUSE_S)
+
+    def _read_all(self) -> None:
+        """Note what is published of one dataset after another."""
+        turn = 0
+        while not self._stop.wait(LOOK_EVERY_S):
+            if not self.acknowledged:
+                continue
+            recent = self.acknowledged[-3:]
+            self._read(recent[turn % len(recent)])
+            turn += 1
+
+    def _read(self, dataset_id: UUID) -> None:
+        try:
+            answer = httpx.get(
+                f"{self.url}/v1/datasets/{dataset_id}/manifest?limit=200", timeout=TIMEOUT_S
+            )
+        except httpx.TransportError:
+            return
+        if answer.status_code != 200:
+            self.history.append("unanswered", dataset_id=dataset_id, status=answer.status_code)
+            return
+        published = {
+            shard["number"]: shard["objects"][0]["key"]
+            for shard in answer.json()["shards"]
+            if shard["status"] == "done"
+        }
+        self.history.append("seen", dataset_id=dataset_id, published=published)
