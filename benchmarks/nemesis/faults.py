@@ -9,7 +9,7 @@ import redis
 
 from benchmarks.nemesis.processes import Fleet, Process, exists
 from benchmarks.nemesis.schedule import FaultKind, Strike
-from benchmarks.nemesis.servers import Servers
+from benchmarks.nemesis.servers import Servers, Site
 from benchmarks.nemesis.users import Users
 from hi5_common.db import shards
 from hi5_common.db.engine import Database
@@ -60,6 +60,7 @@ class Arena:
 
     fleet: Fleet
     servers: Servers
+    site: Site
     users: Users
     database: Database
     doorbell: CeleryDoorbell
@@ -186,7 +187,7 @@ def _broker_kill(arena: Arena, strike: Strike) -> Done:
 
 def _broker_flush(arena: Arena, _strike: Strike) -> Done:
     try:
-        with redis.Redis.from_url(arena.servers.ours.broker_url) as client:
+        with redis.Redis.from_url(arena.site.ours.broker_url) as client:
             client.flushall()
     except redis.RedisError as error:
         raise Missed from error

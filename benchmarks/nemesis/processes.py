@@ -4,13 +4,13 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from hi5_common.settings import Settings
 from tests.support.fleet import (
     QUIET,
-    WORKER,
     descendants,
     environment,
     kill,
@@ -30,7 +30,7 @@ class Process:
 
     name: str
     module: tuple[str, ...]
-    settings: Settings
+    environment: Mapping[str, str]
     folder: Path
     popen: "subprocess.Popen[bytes] | None" = None
     wanted: bool = False
@@ -44,7 +44,7 @@ class Process:
                 stdout=log,
                 stderr=log,
                 cwd=ROOT,
-                env=environment(self.settings) | {"PYTHONPATH": str(ROOT)},
+                env=dict(self.environment),
                 start_new_session=True,
             )
         self.wanted = True
@@ -81,13 +81,18 @@ class Process:
 
 @dataclass
 class Fleet:
-    """An API, a keeper and some workers."""
+    """An API, a keeper and some workers.
+
+    worker_app, keeper_module: what runs as worker and keeper. variables: for their environment.
+    """
 
     settings: Settings
     folder: Path
     port: int
     worker_count: int
-    worker_module: tuple[str, ...] = WORKER
+    worker_app: str = "services.worker.celery_app"
+    keeper_module: str = "services.worker.keeper"
+    variables: Mapping[str, str] = field(default_factory=dict)
     api: Process = field(init=False)
     keeper: Process = field(init=False)
     workers: list[Process] = field(init=False)
@@ -95,10 +100,10 @@ class Fleet:
     def __post_init__(self) -> None:
         serve = ("uvicorn", "services.api.main:create_app", "--factory", "--host", "127.0.0.1")
         self.api = self._process("api", *serve, "--port", str(self.port), "--no-access-log")
-        self.keeper = self._process("keeper", "services.worker.keeper")
+        self.keeper = self._process("keeper", self.keeper_module)
+        worker = ("celery", "-A", self.worker_app, "worker", *QUIET)
         self.workers = [
-            self._process(f"worker-{number}", *self.worker_module, *QUIET)
-            for number in range(self.worker_count)
+            self._process(f"worker-{number}", *worker) for number in range(self.worker_count)
         ]
 
     @property
@@ -132,7 +137,8 @@ class Fleet:
         return [each for each in self.all if each.wanted and each.exit_code() is not None]
 
     def _process(self, name: str, *module: str) -> Process:
-        return Process(name, module, self.settings, self.folder)
+        variables = {**environment(self.settings), **self.variables, "PYTHONPATH": str(ROOT)}
+        return Process(name, module, variables, self.folder)
 
 
 def exists(pid: int) -> bool:

@@ -3,7 +3,7 @@
 import json
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from benchmarks.nemesis.faults import COMPONENT, Arena, Ending, Missed
 from benchmarks.nemesis.history import Entry, History
 from benchmarks.nemesis.processes import Fleet
 from benchmarks.nemesis.schedule import Strike, strikes
-from benchmarks.nemesis.servers import Servers, servers_running
+from benchmarks.nemesis.servers import Servers, Site, servers_running
 from benchmarks.nemesis.users import Shape, Users
 from benchmarks.nemesis.world import World, survey
 from hi5_common.db.engine import Database, open_database
@@ -63,6 +63,7 @@ class Run:
 
     options: Options
     servers: Servers
+    site: Site
     fleet: Fleet
     users: Users
     history: History
@@ -72,15 +73,18 @@ class Run:
     endings: dict[str, Ending] = field(default_factory=dict)
     numbers: dict[str, int] = field(default_factory=dict)
     """Of the strikes whose endings are to come, by target."""
+    done: int = 0
+    """Published shards when we last could look."""
 
     def strike_all(self) -> None:
         """Do every fault, and keep work coming as long as that takes."""
         arena = Arena(
             self.fleet,
             self.servers,
+            self.site,
             self.users,
             self.database,
-            CeleryDoorbell(self.servers.ours),
+            CeleryDoorbell(self.site.ours),
             lambda target: target not in self.endings,
         )
         done = 0
@@ -94,7 +98,7 @@ class Run:
                 self._wait(LOOK_S)
             done += self._strike(arena, strike)
             if done % 100 == 0 and done:
-                self.say(f"{done} faults, {self._count(ShardStatus.DONE)} shards done")
+                self.say(f"{done} faults, {self._done()} shards done")
         while self.endings:
             self._wait(LOOK_S)
         arena.doorbell.close()
@@ -146,16 +150,15 @@ class Run:
         share = (faults_done + 1) / options.faults
         while self.users.asked * size < min(options.shards, share * options.shards + size):
             self.users.want()
-        if "database" in self.endings:
-            return
-        waiting = self.users.asked * size - self._count(ShardStatus.DONE)
-        if waiting < size:
+        if self.users.asked * size - self._done() < size:
             self.users.want()
 
-    def _count(self, status: ShardStatus) -> int:
-        with self.database.snapshot() as session:
-            query = select(func.count()).where(ShardRow.status == status.value)
-            return int(session.scalar(query) or 0)
+    def _done(self) -> int:
+        """Return how many shards are published, as far as we know while the database is away."""
+        with suppress(Hi5Error), self.database.snapshot() as session:
+            query = select(func.count()).where(ShardRow.status == ShardStatus.DONE.value)
+            self.done = int(session.scalar(query) or 0)
+        return self.done
 
     def _wait_for(self, left: Callable[[], int]) -> None:
         """Wait until nothing is left, as long as it becomes less."""
@@ -184,25 +187,27 @@ class Run:
             kept = sum(1 for _ in self.store.list("datasets"))
         except Hi5Error:
             kept = 1
-        return max(0, kept - 3 * self._count(ShardStatus.DONE))
+        return max(0, kept - 3 * self._done())
 
 
 @contextmanager
 def arena(options: Options, folder: Path, say: Callable[[str], None]) -> Iterator[Run]:
     """Start servers and fleet; end them at the end."""
     with servers_running(folder) as servers:
-        fleet = Fleet(servers.theirs, folder, free_ports(1)[0], options.workers)
+        site = servers.site(folder)
+        fleet = Fleet(site.theirs, folder, free_ports(1)[0], options.workers)
         history = History(folder / "history.jsonl")
         users = Users(fleet.url, history, options.shape)
-        database = open_database(servers.ours.database_url)
+        database = open_database(site.ours.database_url)
         run = Run(
             options,
             servers,
+            site,
             fleet,
             users,
             history,
             database,
-            open_store(servers.ours),
+            open_store(site.ours),
             say,
         )
         fleet.start()
@@ -229,7 +234,7 @@ def carry_out(options: Options, folder: Path, say: Callable[[str], None]) -> Out
             _take_log(run.history, process.log_path)
         world = survey(run.database, run.store)
         entries = run.history.entries()
-        verdict = check(entries, world, run.servers.template)
+        verdict = check(entries, world, run.site.template)
     return Outcome(options, entries, world, verdict, ended_s - began_s, ended_s - last_s)
 
 

@@ -25,6 +25,7 @@ from tests.support.servers import (
     BUCKET,
     Postgres,
     S3Server,
+    empty_broker,
     free_ports,
     postgres_running,
     s3_running,
@@ -74,10 +75,7 @@ class Valkey:
 
 @dataclass(frozen=True)
 class Servers:
-    """Servers, the proxies before them, and the settings of hi5's processes and of ours.
-
-    theirs: lead through the proxies. ours: lead to the servers themselves.
-    """
+    """The servers, and the proxies before them."""
 
     valkey: Valkey
     postgres: Postgres
@@ -86,15 +84,50 @@ class Servers:
     database: TcpProxy
     store: TcpProxy
     lying_store: LyingStore
+
+    def site(self, folder: Path, **changes: object) -> "Site":
+        """Make a new database and a new, empty place in the store. changes: of settings."""
+        name = f"nemesis_{uuid.uuid4().hex}"
+        server = f"postgresql://postgres@127.0.0.1:{self.postgres.tcp_port}"
+        with psycopg.connect(f"{server}/postgres", autocommit=True) as connection:
+            connection.execute(f'CREATE DATABASE "{name}"'.encode())
+        direct = {
+            **self.s3.settings(name),
+            "broker_url": f"redis://127.0.0.1:{self.valkey.port}/0",
+            "database_url": f"{server}/{name}",
+        }
+        through = {
+            "s3_endpoint": f"http://127.0.0.1:{self.store.port}",
+            "broker_url": f"redis://127.0.0.1:{self.broker.port}/0",
+            "database_url": f"postgresql://postgres@127.0.0.1:{self.database.port}/{name}",
+        }
+        ours = _settings(folder, direct | changes)
+        theirs = _settings(folder, direct | through | changes)
+        empty_broker(ours.broker_url)
+        migrate.upgrade(ours.database_url)
+        template = label_template()
+        ours.cache_dir.mkdir(parents=True, exist_ok=True)
+        (ours.cache_dir / child.TEMPLATE).write_text(template, "utf-8")
+        return Site(folder, theirs, ours, template)
+
+
+@dataclass(frozen=True)
+class Site:
+    """A database and a place in the store, for one run.
+
+    theirs: the settings of hi5's processes, which lead through the proxies. ours: lead past them.
+    template: of the labels of every image (pictures.py).
+    """
+
+    folder: Path
     theirs: Settings
     ours: Settings
     template: str
-    """Of the labels of every image (pictures.py)."""
 
 
 @contextmanager
-def servers_running(folder: Path, **changes: object) -> Iterator[Servers]:
-    """Start all servers with an empty database; end them at the end. changes: of settings."""
+def servers_running(folder: Path) -> Iterator[Servers]:
+    """Start all servers; end them at the end."""
     with ExitStack() as stack:
         broker_port, database_port = free_ports(2)
         valkey = Valkey(broker_port, folder)
@@ -105,23 +138,12 @@ def servers_running(folder: Path, **changes: object) -> Iterator[Servers]:
         postgres.tcp_port = database_port
         postgres.start()
         s3 = stack.enter_context(s3_running())
-        prefix = uuid.uuid4().hex
         broker, database = (
             stack.enter_context(proxy_to(port)) for port in (broker_port, database_port)
         )
-        ours = _settings(folder, broker_port, database_port, s3.settings(prefix), changes)
-        s3_port = urlsplit(s3.endpoint).port or 0
-        lying_store = LyingStore(("127.0.0.1", s3_port), _spoiler(s3))
+        lying_store = LyingStore(("127.0.0.1", urlsplit(s3.endpoint).port or 0), _spoiler(s3))
         store = stack.enter_context(proxy_to(stack.enter_context(lying(lying_store))))
-        through = {**s3.settings(prefix), "s3_endpoint": f"http://127.0.0.1:{store.port}"}
-        theirs = _settings(folder, broker.port, database.port, through, changes)
-        migrate.upgrade(ours.database_url)
-        template = label_template()
-        ours.cache_dir.mkdir(parents=True, exist_ok=True)
-        (ours.cache_dir / child.TEMPLATE).write_text(template, "utf-8")
-        yield Servers(
-            valkey, postgres, s3, broker, database, store, lying_store, theirs, ours, template
-        )
+        yield Servers(valkey, postgres, s3, broker, database, store, lying_store)
 
 
 def label_template() -> str:
@@ -130,29 +152,11 @@ def label_template() -> str:
     return whole.model_dump_json()
 
 
-def database_answers(servers: Servers) -> bool:
-    """Return whether Postgres can be asked at all, past the proxy."""
-    url = servers.ours.database_url.replace("postgresql+psycopg", "postgresql")
-    try:
-        with psycopg.connect(url, connect_timeout=1):
-            return True
-    except psycopg.OperationalError:
-        return False
-
-
-def _settings(
-    folder: Path,
-    broker_port: int,
-    database_port: int,
-    store: dict[str, object],
-    changes: dict[str, object],
-) -> Settings:
+def _settings(folder: Path, changes: dict[str, object]) -> Settings:
     quick = {
         "data_dir": folder,
         "cache_dir": folder / "cache",
         "scratch_dir": folder / "scratch",
-        "broker_url": f"redis://127.0.0.1:{broker_port}/0",
-        "database_url": f"postgresql://postgres@127.0.0.1:{database_port}/postgres",
         "child_module": "benchmarks.nemesis.child",
         "renderer": "fake",
         "render_threads": 1,
@@ -167,7 +171,7 @@ def _settings(
         "sweep_s": 2,
         "orphan_grace_s": 25,
     }
-    return Settings.model_validate(quick | store | changes)
+    return Settings.model_validate(quick | changes)
 
 
 def _spoiler(s3: S3Server) -> "_Spoiler":
