@@ -3,7 +3,7 @@
     .venv/bin/python -m benchmarks.nemesis --faults 2000 --shards 2500 [--seed 1] [--out FILE.json]
         [--folder FOLDER]
 
-Starts Postgres, Valkey and SeaweedFS, the service, a keeper and three workers, submits datasets
+Starts Postgres, Valkey and SeaweedFS, the service, two keepers and three workers, submits datasets
 without end and does one fault after the other (`schedule.py`: which, is a pure function of the
 seed). Then it waits for rest, and compares history, rows and objects (`checker.py`). Printed: what
 is lost, doubled, wrong, unfinished or left over; how long recovery took; what was rendered in vain.

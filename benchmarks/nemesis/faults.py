@@ -72,12 +72,21 @@ class Arena:
         return _ACTS[strike.kind](self, strike)
 
     def worker(self, strike: Strike, condition: Callable[[Process], bool]) -> Process:
-        """Return a worker without a fault for which the condition holds."""
+        """Return a worker without a fault for which the condition holds. Raises Missed."""
+        return self._one_of(self.fleet.workers, strike, condition)
+
+    def keeper(self, strike: Strike) -> Process:
+        """Return a keeper without a fault. Raises Missed."""
+        return self._one_of(self.fleet.keepers, strike, lambda _: True)
+
+    def _one_of(
+        self, those: Sequence[Process], strike: Strike, condition: Callable[[Process], bool]
+    ) -> Process:
         give_up_s = time.monotonic() + PATIENCE_S
         while time.monotonic() < give_up_s:
             found = [
                 each
-                for each in self.fleet.workers
+                for each in those
                 if self.is_free(each.name) and each.exit_code() is None and condition(each)
             ]
             if found:
@@ -165,11 +174,11 @@ def _killed(process: Process, strike: Strike) -> Done:
 
 
 def _keeper_kill(arena: Arena, strike: Strike) -> Done:
-    return _killed(arena.fleet.keeper, strike)
+    return _killed(arena.keeper(strike), strike)
 
 
 def _keeper_stop(arena: Arena, strike: Strike) -> Done:
-    keeper = arena.fleet.keeper
+    keeper = arena.keeper(strike)
     keeper.signal(signal.SIGSTOP)
     return Done(keeper.name, _later(strike, lambda: keeper.signal(signal.SIGCONT)))
 
@@ -303,6 +312,6 @@ _ACTS: dict[FaultKind, Callable[[Arena, Strike], Done]] = {
 COMPONENT = {
     kind: kind.name.partition("_")[0].lower()
     for kind in FaultKind
-    if kind.name.startswith(("BROKER", "DATABASE", "STORE", "KEEPER", "API"))
+    if kind.name.startswith(("BROKER", "DATABASE", "STORE", "API"))
 }
 """The target of the faults that have only one. A fault waits until none goes on at its target."""

@@ -81,7 +81,7 @@ class Process:
 
 @dataclass
 class Fleet:
-    """An API, a keeper and some workers.
+    """An API, some keepers and some workers.
 
     worker_app, keeper_module: what runs as worker and keeper. variables: for their environment.
     """
@@ -90,17 +90,21 @@ class Fleet:
     folder: Path
     port: int
     worker_count: int
+    keeper_count: int = 1
     worker_app: str = "services.worker.celery_app"
     keeper_module: str = "services.worker.keeper"
     variables: Mapping[str, str] = field(default_factory=dict)
     api: Process = field(init=False)
-    keeper: Process = field(init=False)
+    keepers: list[Process] = field(init=False)
     workers: list[Process] = field(init=False)
 
     def __post_init__(self) -> None:
         serve = ("uvicorn", "services.api.main:create_app", "--factory", "--host", "127.0.0.1")
         self.api = self._process("api", *serve, "--port", str(self.port), "--no-access-log")
-        self.keeper = self._process("keeper", self.keeper_module)
+        self.keepers = [
+            self._process(f"keeper-{number}", self.keeper_module)
+            for number in range(self.keeper_count)
+        ]
         worker = ("celery", "-A", self.worker_app, "worker", *QUIET)
         self.workers = [
             self._process(f"worker-{number}", *worker) for number in range(self.worker_count)
@@ -112,7 +116,7 @@ class Fleet:
 
     @property
     def all(self) -> list[Process]:
-        return [self.api, self.keeper, *self.workers]
+        return [self.api, *self.keepers, *self.workers]
 
     def start(self) -> None:
         """Start everything."""

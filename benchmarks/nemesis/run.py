@@ -29,6 +29,7 @@ from tests.support.servers import free_ports
 LOOK_S = 0.05
 CALM_S = 0.5
 SMALL = Shape(shards=10, images_per_shard=4, image_s=0.25)
+KEEPERS = 2
 PATIENCE_S = 180.0
 """A run that makes no progress for so long is over, finished or not."""
 
@@ -195,7 +196,7 @@ def arena(options: Options, folder: Path, say: Callable[[str], None]) -> Iterato
     """Start servers and fleet; end them at the end."""
     with servers_running(folder) as servers:
         site = servers.site(folder)
-        fleet = Fleet(site.theirs, folder, free_ports(1)[0], options.workers)
+        fleet = Fleet(site.theirs, folder, free_ports(1)[0], options.workers, KEEPERS)
         history = History(folder / "history.jsonl")
         users = Users(fleet.url, history, options.shape)
         database = open_database(site.ours.database_url)

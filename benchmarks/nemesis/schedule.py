@@ -79,7 +79,7 @@ _HABITS = {
 }
 _KINDS = tuple(_HABITS)
 _WEIGHTS = [_HABITS[kind].weight for kind in _KINDS]
-SHORTEST_GAP_S, LONGEST_GAP_S = 0.2, 1.2
+SHORTEST_GAP_S, LONGEST_GAP_S = 0.1, 0.8
 
 
 @dataclass(frozen=True)

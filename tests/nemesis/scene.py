@@ -1,5 +1,6 @@
 """A few images, a few processes, and the nemesis's own checker at the end."""
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -23,11 +24,11 @@ from hi5_common.domain.spec import parse_spec
 from hi5_common.storage.open import open_store
 from hi5_common.storage.port import ObjectStore
 from tests.nemesis.broken import STOPPED_BEFORE_FINISH, VARIABLE
-from tests.support.fleet import wait_until
 
 SHAPE = Shape(shards=1, images_per_shard=4, image_s=0.4)
 OBJECTS_OF_A_SHARD = 3
 LONG_SINCE_S = 3.0
+PATIENCE_S = 240.0
 
 
 SceneOf = Callable[..., "Scene"]
@@ -58,7 +59,11 @@ class Scene:
             return shards.get(session, self.dataset_id, 0)
 
     def wait_for(self, condition: Callable[[], bool]) -> None:
-        wait_until(condition, self.logs)
+        """Wait for something to become true; fail with the logs if it never does."""
+        give_up_s = time.monotonic() + PATIENCE_S
+        while not condition():
+            assert time.monotonic() < give_up_s, self.logs()
+            time.sleep(0.1)
 
     def wait_for_stop(self) -> int:
         """Wait until a pool process has stopped before it publishes; return its id."""
