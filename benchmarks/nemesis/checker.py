@@ -12,12 +12,16 @@ from hi5_common.db.events import Event
 from hi5_common.domain.lifecycle import Transition
 from hi5_common.domain.records import Publication, Shard, ShardStatus, StoredObject
 
+GIVEN_UP = frozenset({ShardStatus.CANCELLED, ShardStatus.FAILED})
+"""What may become of the shards of a dataset that its user cancelled."""
+
 
 @dataclass(frozen=True)
 class Verdict:
     """What is wrong, in words, one line each; by kind.
 
-    lost: acknowledged images that no published object holds. twice: what was published more than
+    lost: acknowledged images that no published object holds, unless a user deleted or cancelled
+    them. twice: what was published more than
     once, or by somebody who did not hold the lease. wrong: bytes that are not those of the row, or
     not those of the image. unfinished: shards without a publication. orphans: objects that no row
     points to. unexpected: whatever nobody asked for, or was seen and is no more.
@@ -44,13 +48,23 @@ class Verdict:
 def check(history: Sequence[Entry], world: World, template: str) -> Verdict:
     """Compare. template: of labels (pictures.py)."""
     by_shard = _events_by_shard(world.events)
+    deleted = _named(history, "delete_asked")
+    # What was seen of a dataset before its user deleted it may be gone.
+    history = [each for each in history if each.fields.get("dataset_id") not in deleted]
     return Verdict(
         lost=tuple(_lost(history, world)),
         twice=tuple(_twice(world, by_shard)),
         wrong=tuple(_wrong(world, template)),
-        unfinished=tuple(_unfinished(world.shards)),
+        unfinished=tuple(_unfinished(world.shards, _named(history, "cancel_asked"))),
         orphans=tuple(sorted(world.objects.keys() - _referenced(world.shards))),
-        unexpected=tuple(_unexpected(history, world, by_shard)),
+        unexpected=(
+            *_unexpected(history, world, by_shard),
+            *(
+                f"dataset {each.id} was deleted and is there"
+                for each in world.datasets
+                if str(each.id) in deleted
+            ),
+        ),
     )
 
 
@@ -63,6 +77,10 @@ def _events_by_shard(events: Iterable[Event]) -> dict[ShardKey, list[Event]]:
         if event.shard_number is not None:
             found.setdefault((event.dataset_id, event.shard_number), []).append(event)
     return found
+
+
+def _named(history: Iterable[Entry], what: str) -> set[str]:
+    return {entry.fields["dataset_id"] for entry in history if entry.what == what}
 
 
 def _lost(history: Sequence[Entry], world: World) -> Iterator[str]:
@@ -154,8 +172,10 @@ def _expected(template: str, seed: int, shard: Shard) -> tuple[tuple[str, str], 
     )
 
 
-def _unfinished(shards: Iterable[Shard]) -> Iterator[str]:
+def _unfinished(shards: Iterable[Shard], cancelled: set[str]) -> Iterator[str]:
     for shard in shards:
+        if shard.status in GIVEN_UP and str(shard.dataset_id) in cancelled:
+            continue
         if shard.status is not ShardStatus.DONE:
             yield f"{_name(shard)} is {shard.status}: {shard.failure_reason}"
 

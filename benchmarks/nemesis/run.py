@@ -17,8 +17,8 @@ from benchmarks.nemesis.schedule import Strike, strikes
 from benchmarks.nemesis.servers import Servers, Site, servers_running
 from benchmarks.nemesis.users import Shape, Users
 from benchmarks.nemesis.world import World, survey
-from hi5_common.db.engine import Database, open_database
-from hi5_common.db.tables import ShardRow
+from hi5_common.db.engine import Database, Session, open_database
+from hi5_common.db.tables import DatasetRow, ShardRow
 from hi5_common.domain.errors import Hi5Error
 from hi5_common.domain.records import ShardStatus
 from hi5_common.queue.celery_doorbell import CeleryDoorbell
@@ -30,6 +30,8 @@ LOOK_S = 0.05
 CALM_S = 0.5
 SMALL = Shape(shards=10, images_per_shard=4, image_s=0.25)
 KEEPERS = 2
+OBJECTS_OF_A_SHARD = 3
+SETTLED = frozenset({ShardStatus.DONE, ShardStatus.CANCELLED})
 PATIENCE_S = 180.0
 """A run that makes no progress for so long is over, finished or not."""
 
@@ -74,8 +76,8 @@ class Run:
     endings: dict[str, Ending] = field(default_factory=dict)
     numbers: dict[str, int] = field(default_factory=dict)
     """Of the strikes whose endings are to come, by target."""
-    done: int = 0
-    """Published shards when we last could look."""
+    settled: int = 0
+    """Published or cancelled shards when we last could look."""
 
     def strike_all(self) -> None:
         """Do every fault, and keep work coming as long as that takes."""
@@ -99,15 +101,14 @@ class Run:
                 self._wait(LOOK_S)
             done += self._strike(arena, strike)
             if done % 100 == 0 and done:
-                self.say(f"{done} faults, {self._done()} shards done")
+                self.say(f"{done} faults, {self._settled()} shards done")
         while self.endings:
             self._wait(LOOK_S)
         arena.doorbell.close()
 
     def come_to_rest(self) -> None:
         """Wait until all is published and swept, or until nothing moves any more."""
-        missing = self.options.shards - self.users.asked * self.options.shape.shards
-        for _ in range(0, missing, self.options.shape.shards):
+        while self.users.kept * self.options.shape.shards < self.options.shards:
             self.users.want()
         self.users.stop()
         self._wait_for(self._unfinished)
@@ -149,17 +150,16 @@ class Run:
         options = self.options
         size = options.shape.shards
         share = (faults_done + 1) / options.faults
-        while self.users.asked * size < min(options.shards, share * options.shards + size):
+        while self.users.kept * size < min(options.shards, share * options.shards + size):
             self.users.want()
-        if self.users.asked * size - self._done() < size:
+        if (self.users.asked - self.users.deleted) * size - self._settled() < size:
             self.users.want()
 
-    def _done(self) -> int:
-        """Return how many shards are published, as far as we know while the database is away."""
-        with suppress(Hi5Error), self.database.snapshot() as session:
-            query = select(func.count()).where(ShardRow.status == ShardStatus.DONE.value)
-            self.done = int(session.scalar(query) or 0)
-        return self.done
+    def _settled(self) -> int:
+        """Return how many shards are to be left alone, as far as we know."""
+        with suppress(Hi5Error), self.database.snapshot() as session:  # it may be away
+            self.settled = _count(session, *SETTLED)
+        return self.settled
 
     def _wait_for(self, left: Callable[[], int]) -> None:
         """Wait until nothing is left, as long as it becomes less."""
@@ -171,24 +171,34 @@ class Run:
                 least, patient_until_s = now, time.monotonic() + PATIENCE_S
 
     def _unfinished(self) -> int:
-        """Count shards that are not done; have users retry those that hi5 gave up."""
+        """Count shards to come; have users retry those that hi5 gave up."""
         with self.database.snapshot() as session:
-            query = select(ShardRow.dataset_id).where(ShardRow.status == ShardStatus.FAILED.value)
-            failed = list(session.scalars(query.distinct()))
-            left = session.scalar(
-                select(func.count()).where(ShardRow.status != ShardStatus.DONE.value)
+            query = (
+                select(ShardRow.dataset_id)
+                .join(DatasetRow, DatasetRow.id == ShardRow.dataset_id)
+                .where(
+                    ShardRow.status == ShardStatus.FAILED.value,
+                    DatasetRow.cancel_requested_at.is_(None),
+                )
             )
-        for dataset_id in failed:
+            failed = session.scalars(query).all()
+            left = len(failed) + _count(session, ShardStatus.PENDING, ShardStatus.LEASED)
+        for dataset_id in set(failed):
             self.users.retry_failed(dataset_id)
-        return int(left or 0)
+        return left
 
     def _orphans(self) -> int:
         """Count objects that are more than three for every published shard."""
-        try:
-            kept = sum(1 for _ in self.store.list("datasets"))
-        except Hi5Error:
-            kept = 1
-        return max(0, kept - 3 * self._done())
+        with self.database.snapshot() as session:
+            published = _count(session, ShardStatus.DONE)
+        kept = sum(1 for _ in self.store.list("datasets"))
+        return max(0, kept - OBJECTS_OF_A_SHARD * published)
+
+
+def _count(session: Session, *states: ShardStatus) -> int:
+    names = [state.value for state in states]
+    query = select(func.count()).where(ShardRow.status.in_(names))
+    return int(session.scalar(query) or 0)
 
 
 @contextmanager
@@ -198,7 +208,7 @@ def arena(options: Options, folder: Path, say: Callable[[str], None]) -> Iterato
         site = servers.site(folder)
         fleet = Fleet(site.theirs, folder, free_ports(1)[0], options.workers, KEEPERS)
         history = History(folder / "history.jsonl")
-        users = Users(fleet.url, history, options.shape)
+        users = Users(fleet.url, history, options.shape, options.seed)
         database = open_database(site.ours.database_url)
         run = Run(
             options,

@@ -1,19 +1,41 @@
-"""Those who use the service while it suffers: one submits, one reads what is published."""
+"""Those who use the service while it suffers: one submits; one reads, cancels and deletes."""
 
 import queue
 import threading
 import time
+from collections.abc import Collection
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import Any
 from uuid import UUID
 
 import httpx
 
 from benchmarks.nemesis.history import History
+from hi5_common.domain.seeding import factor_rng
 
 TIMEOUT_S = 5.0
 PAUSE_S = 0.2
 LOOK_EVERY_S = 1.0
+CHANGE_OF_MIND_S = 15.0
+"""A user who cancels or deletes a dataset does so at most this long after submitting it."""
+
+
+class Fate(StrEnum):
+    """What its user does with a dataset."""
+
+    KEEP = "keep"
+    CANCEL = "cancel"
+    DELETE = "delete"
+
+
+FATES = (Fate.KEEP, Fate.CANCEL, Fate.DELETE)
+FATE_SHARES = (0.88, 0.06, 0.06)
+
+
+def fate(seed: int, number: int) -> Fate:
+    """Return what becomes of the number-th dataset of a run."""
+    return FATES[int(factor_rng(seed, number, "fate").choice(len(FATES), p=FATE_SHARES))]
 
 
 @dataclass(frozen=True)
@@ -42,10 +64,17 @@ class Users:
     url: str
     history: History
     shape: Shape
+    seed: int
     asked: int = 0
     """Datasets that were to be submitted so far."""
+    kept: int = 0
+    """Those of them that nobody will cancel or delete."""
+    deleted: int = 0
     acknowledged: list[UUID] = field(default_factory=list)
     _wanted: "queue.SimpleQueue[int | None]" = field(default_factory=queue.SimpleQueue)
+    _changes: "queue.SimpleQueue[tuple[float, Fate, UUID]]" = field(
+        default_factory=queue.SimpleQueue
+    )
     _stop: threading.Event = field(default_factory=threading.Event)
     _threads: list[threading.Thread] = field(default_factory=list)
 
@@ -70,18 +99,23 @@ class Users:
     def want(self) -> None:
         """Have one more dataset submitted."""
         self._wanted.put(self.asked)
+        self.kept += fate(self.seed, self.asked) is Fate.KEEP
         self.asked += 1
 
     def retry_failed(self, dataset_id: UUID) -> None:
         """Ask that failed shards of a dataset be tried again, as a user would."""
         self.history.append("user_retry", dataset_id=dataset_id)
-        self._asked_until_answered("POST", f"/v1/datasets/{dataset_id}/retry")
+        self._asked_until_answered("POST", f"/v1/datasets/{dataset_id}/retry", (404, 409))
 
     def _submit_all(self) -> None:
-        while (seed := self._wanted.get()) is not None:
-            dataset_id = self._submit(seed)
-            self._submit(seed)  # as a user would who does not trust the answer
+        while (number := self._wanted.get()) is not None:
+            dataset_id = self._submit(number)
+            self._submit(number)  # as a user would who does not trust the answer
             self.acknowledged.append(dataset_id)
+            chosen = fate(self.seed, number)
+            if chosen is not Fate.KEEP:
+                wait_s = CHANGE_OF_MIND_S * factor_rng(self.seed, number, "wait").random()
+                self._changes.put((time.monotonic() + wait_s, chosen, dataset_id))
 
     def _submit(self, seed: int) -> UUID:
         key = f"nemesis-{seed}"
@@ -89,20 +123,25 @@ class Users:
         answer = self._asked_until_answered(
             "POST", "/v1/datasets", json=self.shape.spec(seed), headers={"Idempotency-Key": key}
         )
-        dataset_id = UUID(answer["id"])
+        dataset_id = UUID(answer.json()["id"])
         self.history.append("acknowledged", key=key, seed=seed, dataset_id=dataset_id)
         return dataset_id
 
-    def _asked_until_answered(self, method: str, path: str, **rest: Any) -> Any:
-        """Send a request again and again until it is answered; any refusal is an error of hi5."""
+    def _asked_until_answered(
+        self, method: str, path: str, settled: Collection[int] = (), **rest: Any
+    ) -> httpx.Response:
+        """Send a request again and again until it is answered with success, or with one of these.
+
+        Any other refusal but 503 is an error of hi5.
+        """
         while True:
             try:
                 answer = httpx.request(method, self.url + path, timeout=TIMEOUT_S, **rest)
             except httpx.TransportError:
                 time.sleep(PAUSE_S)
                 continue
-            if answer.status_code < 300:
-                return answer.json()
+            if answer.status_code < 300 or answer.status_code in settled:
+                return answer
             if answer.status_code != 503:
                 self.history.append(
                     "refused", path=path, status=answer.status_code, body=answer.text[:500]
@@ -110,7 +149,7 @@ class Users:
             time.sleep(PAUSE_S)
 
     def _read_all(self) -> None:
-        """Note what is published of one dataset after another."""
+        """Note what is published of one dataset after another; cancel and delete some."""
         turn = 0
         while not self._stop.wait(LOOK_EVERY_S):
             if not self.acknowledged:
@@ -118,6 +157,32 @@ class Users:
             recent = self.acknowledged[-3:]
             self._read(recent[turn % len(recent)])
             turn += 1
+            self._change_minds()
+        self._change_minds(time.monotonic() + CHANGE_OF_MIND_S)
+
+    def _change_minds(self, now_s: float | None = None) -> None:
+        """Do what is due."""
+        later = []
+        while not self._changes.empty():
+            at_s, chosen, dataset_id = self._changes.get()
+            if at_s <= (time.monotonic() if now_s is None else now_s):
+                self._change(chosen, dataset_id)
+            else:
+                later.append((at_s, chosen, dataset_id))
+        for item in later:
+            self._changes.put(item)
+
+    def _change(self, chosen: Fate, dataset_id: UUID) -> None:
+        path = f"/v1/datasets/{dataset_id}"
+        self.history.append(f"{chosen}_asked", dataset_id=dataset_id)
+        if chosen is Fate.CANCEL:
+            # 409: it is complete.
+            answer = self._asked_until_answered("POST", f"{path}/cancel", (409,))
+        else:
+            # 404: an answer before this one was lost.
+            answer = self._asked_until_answered("DELETE", path, (404,))
+            self.deleted += 1
+        self.history.append(f"{chosen}_done", dataset_id=dataset_id, status=answer.status_code)
 
     def _read(self, dataset_id: UUID) -> None:
         try:

@@ -166,6 +166,23 @@ def test_a_shard_that_is_not_done(world: World) -> None:
     assert "is failed: internal: x" in only(found, "unfinished")
 
 
+def test_a_cancelled_shard(world: World) -> None:
+    cancelled = replace(world.shards[1], status=ShardStatus.CANCELLED, publication=None)
+    shards = (world.shards[0], cancelled)
+    stopped = replace(world, shards=shards, objects=objects(shards[:1]), events=world.events[:-1])
+    assert "is cancelled" in only(verdict(stopped), "unfinished")
+    asked = Entry(3, "cancel_asked", {"dataset_id": str(DATASET)})
+    assert verdict(stopped, asked) == Verdict()
+
+
+def test_a_deleted_dataset(world: World) -> None:
+    asked = Entry(3, "delete_asked", {"dataset_id": str(DATASET)})
+    assert "is there" in only(verdict(world, asked), "unexpected")
+    assert verdict(World((), (), (), {}), asked) == Verdict()
+    left = World((), (), (), objects(world.shards[:1]))
+    assert len(verdict(left, asked).orphans) == 3
+
+
 def test_an_object_that_no_row_points_to(world: World) -> None:
     key = publication(1, 1).samples.key
     found = verdict(replace(world, objects={**world.objects, key: Kept(1, "")}))
