@@ -2,13 +2,19 @@
 
 from bisect import bisect_right
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from benchmarks.nemesis.history import Entry
 from benchmarks.nemesis.run import Outcome
 from hi5_common.db.events import Event
 from hi5_common.domain.lifecycle import Transition
+
+_BROKEN_BY = frozenset(
+    {Transition.EXPIRE, Transition.RETRY, Transition.RELEASE, Transition.FAIL, Transition.CANCEL}
+)
 
 
 @dataclass(frozen=True)
@@ -25,8 +31,9 @@ class Spread:
 class Report:
     """The figures.
 
-    next_finish: from the end of a fault to the next publication, of any shard. hit_finish: from the
-    end of a fault until every shard that was leased when it struck is published.
+    next_finish: from the end of a fault to the next publication, of any shard. taken_up: from the
+    end of a fault to the next claim of a shard, for each attempt that came to nothing: by the last
+    fault before its end.
     """
 
     faults: Counter[str]
@@ -36,8 +43,8 @@ class Report:
     attempts: int
     retried_by_users: int
     next_finish: Spread
-    hit_finish: Spread
-    hit_finish_by_kind: dict[str, Spread]
+    taken_up: Spread
+    taken_up_by_kind: dict[str, Spread]
     ends: Counter[str]
     """How attempts ended: the names of transitions."""
 
@@ -56,12 +63,12 @@ def report(outcome: Outcome) -> Report:
     events = [event for event in outcome.world.events if event.shard_number is not None]
     finishes = sorted(event.at.timestamp() for event in events if event.kind == Transition.FINISH)
     waits = [_until_next(finishes, healed[each.fields["number"]]) for each in struck]
-    hits: dict[str, list[float]] = {}
-    spans = _spans(events)
-    for each in struck:
-        until_s = _until_hit_finished(spans, each.at_s, healed[each.fields["number"]])
-        if until_s is not None:
-            hits.setdefault(each.fields["name"], []).append(until_s)
+    again: dict[str, list[float]] = {}
+    for broken in _broken_attempts(events):
+        cause = _last_before(struck, broken)
+        if cause is not None:
+            wait_s = broken.claimed_again_s - healed[cause.fields["number"]]
+            again.setdefault(cause.fields["name"], []).append(max(0.0, wait_s))
     kinds = Counter(event.kind for event in events)
     return Report(
         faults=Counter(each.fields["name"] for each in struck),
@@ -69,10 +76,10 @@ def report(outcome: Outcome) -> Report:
         shards=len(outcome.world.shards),
         images=sum(dataset.count for dataset in outcome.world.datasets),
         attempts=kinds[Transition.CLAIM],
-        retried_by_users=_count(outcome.entries, "user_retry"),
+        retried_by_users=_count(outcome.entries, "retry_done"),
         next_finish=_spread([wait for wait in waits if wait is not None]),
-        hit_finish=_spread([wait for found in hits.values() for wait in found]),
-        hit_finish_by_kind={name: _spread(hits[name]) for name in sorted(hits)},
+        taken_up=_spread([wait for found in again.values() for wait in found]),
+        taken_up_by_kind={name: _spread(again[name]) for name in sorted(again)},
         ends=kinds,
     )
 
@@ -92,9 +99,9 @@ def as_json(outcome: Outcome, figures: Report) -> dict[str, Any]:
         "overhead": round(figures.overhead, 4),
         "ends": dict(figures.ends),
         "seconds_to_next_publication": vars(figures.next_finish),
-        "seconds_until_hit_shards_are_published": vars(figures.hit_finish),
+        "seconds_until_broken_attempts_are_taken_up": vars(figures.taken_up),
         "the_same_by_kind": {
-            name: vars(spread) for name, spread in figures.hit_finish_by_kind.items()
+            name: vars(spread) for name, spread in figures.taken_up_by_kind.items()
         },
         "violations": outcome.verdict.counts(),
         "violations_in_words": outcome.verdict.lines(),
@@ -105,7 +112,7 @@ def in_words(outcome: Outcome, figures: Report) -> str:
     """Return the figures for people."""
     total = figures.faults.total()
     rows = [
-        f"  {name.lower():16} {count:5}  {_words(figures.hit_finish_by_kind.get(name))}"
+        f"  {name.lower():16} {count:5}  {_words(figures.taken_up_by_kind.get(name))}"
         for name, count in sorted(figures.faults.items())
     ]
     head = (
@@ -116,7 +123,7 @@ def in_words(outcome: Outcome, figures: Report) -> str:
     )
     wrong = ", ".join(f"{name} {count}" for name, count in outcome.verdict.counts().items())
     ends = ", ".join(f"{name} {count}" for name, count in sorted(figures.ends.items()))
-    next_finish, hit_finish = _words(figures.next_finish), _words(figures.hit_finish)
+    next_finish, taken_up = _words(figures.next_finish), _words(figures.taken_up)
     return "\n".join(
         [
             head,
@@ -125,7 +132,7 @@ def in_words(outcome: Outcome, figures: Report) -> str:
             f"attempts: {figures.attempts}, {figures.overhead:.1%} in vain; {ends}",
             f"asked again by users: {figures.retried_by_users}",
             f"from a fault's end to the next publication: {next_finish}",
-            f"from a fault's end until the shards it met are published: {hit_finish}",
+            f"from a fault's end until a shard it broke off is taken up again: {taken_up}",
             *rows,
             f"0 in {total} faults means at most {3 / max(1, total):.3%} of faults, at 95 %",
         ]
@@ -138,31 +145,30 @@ def _until_next(finishes: list[float], at_s: float) -> float | None:
 
 
 @dataclass(frozen=True)
-class _Span:
-    """A time in which a shard was leased, and when it was published at last."""
+class _Broken:
+    """An attempt that came to nothing, and when its shard was claimed again."""
 
-    since_s: float
-    until_s: float
-    finished_s: float
+    claimed_s: float
+    ended_s: float
+    claimed_again_s: float
 
 
-def _spans(events: list[Event]) -> list[_Span]:
+def _broken_attempts(events: list[Event]) -> Iterator[_Broken]:
     by_shard: dict[tuple[object, object], list[Event]] = {}
     for event in events:
         by_shard.setdefault((event.dataset_id, event.shard_number), []).append(event)
-    found = []
     for told in by_shard.values():
-        finished = [event.at.timestamp() for event in told if event.kind == Transition.FINISH]
-        for claim, after in zip(told, [*told[1:], None], strict=True):
-            if claim.kind == Transition.CLAIM and after is not None and finished:
-                found.append(_Span(claim.at.timestamp(), after.at.timestamp(), finished[-1]))
-    return found
+        claims = [event.at.timestamp() for event in told if event.kind == Transition.CLAIM]
+        ends = [event.at.timestamp() for event in told if event.kind in _BROKEN_BY]
+        for claimed_s, again_s in pairwise(claims):
+            yield _Broken(claimed_s, min(at_s for at_s in ends if at_s > claimed_s), again_s)
 
 
-def _until_hit_finished(spans: list[_Span], struck_s: float, healed_s: float) -> float | None:
-    """Return None if nothing was leased when the fault struck."""
-    hit = [span.finished_s for span in spans if span.since_s <= struck_s <= span.until_s]
-    return max(0.0, max(hit) - healed_s) if hit else None
+def _last_before(struck: list[Entry], broken: _Broken) -> Entry | None:
+    """Return the last fault while an attempt went on, the likely cause of its end."""
+    place = bisect_right(struck, broken.ended_s, key=lambda entry: entry.at_s)
+    cause = struck[place - 1] if place else None
+    return cause if cause is not None and cause.at_s >= broken.claimed_s else None
 
 
 def _spread(seconds: list[float]) -> Spread:

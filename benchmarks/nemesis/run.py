@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from uuid import UUID
 
-from sqlalchemy import func, select
+from sqlalchemy import Select, func, select
 
 from benchmarks.nemesis.checker import Verdict, check
-from benchmarks.nemesis.faults import COMPONENT, Arena, Ending, Missed
+from benchmarks.nemesis.faults import COMPONENT, Arena, Done, Ending, Missed
 from benchmarks.nemesis.history import Entry, History
 from benchmarks.nemesis.processes import Fleet
 from benchmarks.nemesis.schedule import Strike, strikes
@@ -28,6 +29,10 @@ from tests.support.servers import free_ports
 
 LOOK_S = 0.05
 CALM_S = 0.5
+AIM_S = 5.0
+"""How long to wait for something to hit; then the strike is missed."""
+RETRY_S = 5.0
+"""How often users look for shards that hi5 gave up."""
 SMALL = Shape(shards=10, images_per_shard=4, image_s=0.25)
 KEEPERS = 2
 OBJECTS_OF_A_SHARD = 3
@@ -76,6 +81,8 @@ class Run:
     endings: dict[str, Ending] = field(default_factory=dict)
     numbers: dict[str, int] = field(default_factory=dict)
     """Of the strikes whose endings are to come, by target."""
+    retry_s: float = 0.0
+    """When users look for failed shards again, on the clock of time.monotonic()."""
     settled: int = 0
     """Published or cancelled shards when we last could look."""
 
@@ -110,15 +117,17 @@ class Run:
         """Wait until all is published and swept, or until nothing moves any more."""
         while self.users.kept * self.options.shape.shards < self.options.shards:
             self.users.want()
-        self.users.stop()
+        self.users.hurry()
+        self._wait_for(self.users.left)
         self._wait_for(self._unfinished)
         self._wait_for(self._orphans)
+        self.users.stop()
 
     def _strike(self, arena: Arena, strike: Strike) -> bool:
+        """Do a fault as soon as there is something to hit; return whether there was."""
         began = {"number": strike.number, "kind": strike.kind, "name": strike.kind.name}
-        try:
-            result = arena.strike(strike)
-        except Missed:
+        result = self._struck(arena, strike)
+        if result is None:
             self.history.append("missed", **began)
             return False
         self.history.append("fault", target=result.target, **began)
@@ -128,6 +137,16 @@ class Run:
             self.endings[result.target] = result.ending
             self.numbers[result.target] = strike.number
         return True
+
+    def _struck(self, arena: Arena, strike: Strike) -> Done | None:
+        give_up_s = time.monotonic() + AIM_S
+        while True:
+            try:
+                return arena.strike(strike)
+            except Missed:
+                if time.monotonic() > give_up_s:
+                    return None
+                self._wait(LOOK_S)
 
     def _wait(self, seconds: float) -> None:
         """Let time go by; undo what is due, and start again what ended by itself."""
@@ -152,6 +171,7 @@ class Run:
         share = (faults_done + 1) / options.faults
         while self.users.kept * size < min(options.shards, share * options.shards + size):
             self.users.want()
+        self._retry_failed()
         if (self.users.asked - self.users.deleted) * size - self._settled() < size:
             self.users.want()
 
@@ -171,21 +191,20 @@ class Run:
                 least, patient_until_s = now, time.monotonic() + PATIENCE_S
 
     def _unfinished(self) -> int:
-        """Count shards to come; have users retry those that hi5 gave up."""
+        """Count shards to come."""
+        self._retry_failed()
         with self.database.snapshot() as session:
-            query = (
-                select(ShardRow.dataset_id)
-                .join(DatasetRow, DatasetRow.id == ShardRow.dataset_id)
-                .where(
-                    ShardRow.status == ShardStatus.FAILED.value,
-                    DatasetRow.cancel_requested_at.is_(None),
-                )
-            )
-            failed = session.scalars(query).all()
-            left = len(failed) + _count(session, ShardStatus.PENDING, ShardStatus.LEASED)
-        for dataset_id in set(failed):
-            self.users.retry_failed(dataset_id)
-        return left
+            failed = len(session.scalars(_to_retry()).all())
+            return failed + _count(session, ShardStatus.PENDING, ShardStatus.LEASED)
+
+    def _retry_failed(self) -> None:
+        """Have users ask again, now and then, for shards that hi5 gave up."""
+        if time.monotonic() < self.retry_s:
+            return
+        self.retry_s = time.monotonic() + RETRY_S
+        with suppress(Hi5Error), self.database.snapshot() as session:  # it may be away
+            for dataset_id in session.scalars(_to_retry().distinct()).all():
+                self.users.retry_soon(dataset_id)
 
     def _orphans(self) -> int:
         """Count objects that are more than three for every published shard."""
@@ -193,6 +212,17 @@ class Run:
             published = _count(session, ShardStatus.DONE)
         kept = sum(1 for _ in self.store.list("datasets"))
         return max(0, kept - OBJECTS_OF_A_SHARD * published)
+
+
+def _to_retry() -> Select[UUID]:
+    """Select the dataset of each shard that hi5 gave up and that is still wanted."""
+    return (
+        select(ShardRow.dataset_id)
+        .join(DatasetRow, DatasetRow.id == ShardRow.dataset_id)
+        .where(
+            ShardRow.status == ShardStatus.FAILED.value, DatasetRow.cancel_requested_at.is_(None)
+        )
+    )
 
 
 def _count(session: Session, *states: ShardStatus) -> int:

@@ -27,6 +27,8 @@ class Fate(StrEnum):
     KEEP = "keep"
     CANCEL = "cancel"
     DELETE = "delete"
+    RETRY = "retry"
+    """Keep it, and ask again for the shards that hi5 gave up."""
 
 
 FATES = (Fate.KEEP, Fate.CANCEL, Fate.DELETE)
@@ -75,6 +77,7 @@ class Users:
     _changes: "queue.SimpleQueue[tuple[float, Fate, UUID]]" = field(
         default_factory=queue.SimpleQueue
     )
+    _hurry: threading.Event = field(default_factory=threading.Event)
     _stop: threading.Event = field(default_factory=threading.Event)
     _threads: list[threading.Thread] = field(default_factory=list)
 
@@ -87,12 +90,20 @@ class Users:
         for thread in self._threads:
             thread.start()
 
+    def left(self) -> int:
+        """Return how much that users want is not answered yet."""
+        return self.asked - len(self.acknowledged) + self._changes.qsize()
+
+    def hurry(self) -> None:
+        """Have those who will change their mind do so now."""
+        self._hurry.set()
+
     def stop(self) -> None:
-        """End once everything wanted is acknowledged. Raises RuntimeError if a thread does not."""
+        """End both threads. Raises RuntimeError if the API keeps one from that."""
         self._wanted.put(None)
-        self._threads[0].join(120)
         self._stop.set()
-        self._threads[1].join(4 * TIMEOUT_S)
+        for thread in self._threads:
+            thread.join(4 * TIMEOUT_S)
         if any(thread.is_alive() for thread in self._threads):
             raise RuntimeError("the API does not answer users any more")
 
@@ -102,10 +113,9 @@ class Users:
         self.kept += fate(self.seed, self.asked) is Fate.KEEP
         self.asked += 1
 
-    def retry_failed(self, dataset_id: UUID) -> None:
-        """Ask that failed shards of a dataset be tried again, as a user would."""
-        self.history.append("user_retry", dataset_id=dataset_id)
-        self._asked_until_answered("POST", f"/v1/datasets/{dataset_id}/retry", (404, 409))
+    def retry_soon(self, dataset_id: UUID) -> None:
+        """Have a user ask for the failed shards of a dataset again."""
+        self._changes.put((0.0, Fate.RETRY, dataset_id))
 
     def _submit_all(self) -> None:
         while (number := self._wanted.get()) is not None:
@@ -158,30 +168,27 @@ class Users:
             self._read(recent[turn % len(recent)])
             turn += 1
             self._change_minds()
-        self._change_minds(time.monotonic() + CHANGE_OF_MIND_S)
 
-    def _change_minds(self, now_s: float | None = None) -> None:
+    def _change_minds(self) -> None:
         """Do what is due."""
-        later = []
-        while not self._changes.empty():
+        for _ in range(self._changes.qsize()):
             at_s, chosen, dataset_id = self._changes.get()
-            if at_s <= (time.monotonic() if now_s is None else now_s):
+            if at_s <= time.monotonic() or self._hurry.is_set():
                 self._change(chosen, dataset_id)
             else:
-                later.append((at_s, chosen, dataset_id))
-        for item in later:
-            self._changes.put(item)
+                self._changes.put((at_s, chosen, dataset_id))
 
     def _change(self, chosen: Fate, dataset_id: UUID) -> None:
         path = f"/v1/datasets/{dataset_id}"
         self.history.append(f"{chosen}_asked", dataset_id=dataset_id)
-        if chosen is Fate.CANCEL:
-            # 409: it is complete.
-            answer = self._asked_until_answered("POST", f"{path}/cancel", (409,))
-        else:
-            # 404: an answer before this one was lost.
-            answer = self._asked_until_answered("DELETE", path, (404,))
-            self.deleted += 1
+        match chosen:
+            case Fate.DELETE:  # 404: an answer before this one was lost
+                answer = self._asked_until_answered("DELETE", path, (404,))
+                self.deleted += 1
+            case Fate.CANCEL:  # 409: it is complete
+                answer = self._asked_until_answered("POST", f"{path}/cancel", (409,))
+            case _:  # 404, 409: another user deleted or cancelled it meanwhile
+                answer = self._asked_until_answered("POST", f"{path}/retry", (404, 409))
         self.history.append(f"{chosen}_done", dataset_id=dataset_id, status=answer.status_code)
 
     def _read(self, dataset_id: UUID) -> None:

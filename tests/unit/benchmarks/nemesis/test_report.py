@@ -40,6 +40,6 @@ def test_recovery() -> None:
     assert figures.attempts == 3
     # The next publication: 14 after 13.5, and 24 after 16.
     assert (figures.next_finish.p50, figures.next_finish.longest) == (0.5, 8.0)
-    # A met shards 0 and 1, B only 0; both wait for 24.
-    assert figures.hit_finish_by_kind["A"].longest == 10.5
-    assert figures.hit_finish_by_kind["B"].longest == 8.0
+    # The first attempt at shard 0 ended at 20, the last fault before that at 16; claimed at 21.
+    assert figures.taken_up_by_kind.keys() == {"B"}
+    assert figures.taken_up_by_kind["B"].longest == 5.0
