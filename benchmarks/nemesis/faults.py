@@ -219,12 +219,17 @@ def _reset(name: str, proxy: TcpProxy) -> Done:
 
 def _frozen(name: str, proxy: TcpProxy, strike: Strike) -> Done:
     proxy.frozen = True
+    return Done(name, _later(strike, lambda: _thaw(proxy)))
 
-    def thaw() -> None:
-        proxy.reset()
-        proxy.heal()
 
-    return Done(name, _later(strike, thaw))
+def _deaf(name: str, proxy: TcpProxy, strike: Strike) -> Done:
+    proxy.answers_frozen = True
+    return Done(name, _later(strike, lambda: _thaw(proxy)))
+
+
+def _thaw(proxy: TcpProxy) -> None:
+    proxy.reset()
+    proxy.heal()
 
 
 def _slow(name: str, proxy: TcpProxy, strike: Strike) -> Done:
@@ -296,10 +301,12 @@ _ACTS: dict[FaultKind, Callable[[Arena, Strike], Done]] = {
     FaultKind.DATABASE_KILL: _database_kill,
     FaultKind.DATABASE_RESET: lambda arena, _: _reset("database", arena.servers.database),
     FaultKind.DATABASE_FROZEN: lambda arena, it: _frozen("database", arena.servers.database, it),
+    FaultKind.DATABASE_DEAF: lambda arena, it: _deaf("database", arena.servers.database, it),
     FaultKind.DATABASE_SLOW: lambda arena, it: _slow("database", arena.servers.database, it),
     FaultKind.STORE_KILL: _store_kill,
     FaultKind.STORE_RESET: lambda arena, _: _reset("store", arena.servers.store),
     FaultKind.STORE_FROZEN: lambda arena, it: _frozen("store", arena.servers.store, it),
+    FaultKind.STORE_DEAF: lambda arena, it: _deaf("store", arena.servers.store, it),
     FaultKind.STORE_SLOW: lambda arena, it: _slow("store", arena.servers.store, it),
     FaultKind.STORE_LIES: _store_lies,
     FaultKind.STORE_LATE: _store_late,

@@ -65,6 +65,7 @@ def lying(store: LyingStore) -> Iterator[int]:
 
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
+    request_queue_size = 64
     block_on_close = False
 
     def handle_error(self, request: Any, client_address: Any) -> None:

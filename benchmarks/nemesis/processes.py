@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -127,6 +128,18 @@ class Fleet:
         """Kill everything."""
         for process in self.all:
             process.end()
+        for pid in self.strays():
+            kill(pid)
+
+    def strays(self) -> list[int]:
+        """Return the ids of processes of ours whose parent is gone, as their environment tells."""
+        mark = f"TMPDIR={self.settings.data_dir}\0".encode()
+        found = []
+        for folder in Path("/proc").glob("[0-9]*"):
+            with suppress(OSError):  # ended meanwhile
+                if mark in (folder / "environ").read_bytes():
+                    found.append(int(folder.name))
+        return found
 
     def render_children(self, worker: Process) -> list[int]:
         """Return the process ids of a worker's render children."""

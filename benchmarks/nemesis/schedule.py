@@ -30,10 +30,12 @@ class FaultKind(StrEnum):
     DATABASE_KILL = "Postgres: immediate stop, started again"
     DATABASE_RESET = "connections to Postgres: reset"
     DATABASE_FROZEN = "connections to Postgres: frozen, then reset"
+    DATABASE_DEAF = "answers of Postgres: lost, then connections reset"
     DATABASE_SLOW = "connections to Postgres: slow"
     STORE_KILL = "S3 store: SIGKILL, started again"
     STORE_RESET = "connections to the S3 store: reset"
     STORE_FROZEN = "connections to the S3 store: frozen, then reset"
+    STORE_DEAF = "answers of the S3 store: lost, then connections reset"
     STORE_SLOW = "connections to the S3 store: slow"
     STORE_LIES = "S3 store keeps wrong bytes and answers 200"
     STORE_LATE = "S3 store does as asked and answers 500"
@@ -69,10 +71,12 @@ _HABITS = {
     FaultKind.DATABASE_KILL: _Habit(4, 0.2, 2.0),
     FaultKind.DATABASE_RESET: _Habit(4),
     FaultKind.DATABASE_FROZEN: _Habit(3, 1.0, 3.0),
+    FaultKind.DATABASE_DEAF: _Habit(4, 0.5, 2.0),
     FaultKind.DATABASE_SLOW: _Habit(2, 1.0, 3.0),
     FaultKind.STORE_KILL: _Habit(3, 0.2, 2.0),
     FaultKind.STORE_RESET: _Habit(3),
     FaultKind.STORE_FROZEN: _Habit(3, 1.0, 3.0),
+    FaultKind.STORE_DEAF: _Habit(3, 0.5, 2.0),
     FaultKind.STORE_SLOW: _Habit(2, 1.0, 3.0),
     FaultKind.STORE_LIES: _Habit(3),
     FaultKind.STORE_LATE: _Habit(3),
