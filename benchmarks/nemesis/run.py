@@ -106,9 +106,11 @@ class Run:
             component = COMPONENT.get(strike.kind)
             while component in self.endings:
                 self._wait(LOOK_S)
-            done += self._strike(arena, strike)
-            if done % 100 == 0 and done:
-                self.say(f"{done} faults, {self._settled()} shards done")
+            if not self._strike(arena, strike):
+                continue
+            done += 1
+            if done % 100 == 0:
+                self.say(f"{done} faults, {self._settled()} shards published or cancelled")
         while self.endings:
             self._wait(LOOK_S)
         arena.doorbell.close()
