@@ -116,7 +116,12 @@ def _twice(world: World, by_shard: dict[ShardKey, list[Event]]) -> Iterator[str]
         if len(finishes) > 1:
             told = ", ".join(f"attempt {event.attempt} of {event.owner}" for event in finishes)
             yield f"{name} was published {len(finishes)} times: {told}"
-        holders = {event.attempt: event.owner for event in events if event.kind == Transition.CLAIM}
+        claims = [event for event in events if event.kind == Transition.CLAIM]
+        holders = {event.attempt: event.owner for event in claims}
+        if len(holders) < len(claims):
+            yield f"{name}: {len(claims)} claims got {len(holders)} attempt numbers"
+        if finishes and events[-1].kind != Transition.FINISH:
+            yield f"{name} was published, and then came {events[-1].kind}"
         for event in finishes:
             holder = holders.get(event.attempt)
             if event.owner != holder:

@@ -132,6 +132,16 @@ def test_a_finish_by_somebody_else(world: World) -> None:
     assert "was published by b" in only(found, "twice")
 
 
+def test_one_attempt_number_for_two_claims(world: World) -> None:
+    second = (event(0, "claim", 1, "c"), *world.events)
+    assert "2 claims got 1 attempt numbers" in only(verdict(replace(world, events=second)), "twice")
+
+
+def test_a_claim_of_what_is_published(world: World) -> None:
+    found = verdict(replace(world, events=(*world.events, event(0, "claim", 2, "c"))))
+    assert "and then came claim" in only(found, "twice")
+
+
 def test_a_row_that_shows_an_earlier_attempt(world: World) -> None:
     shards = (world.shards[0], replace(world.shards[1], publication=publication(1, 1)))
     found = verdict(replace(world, shards=shards, objects=objects(shards)))
