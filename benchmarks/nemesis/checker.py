@@ -111,21 +111,7 @@ def _lost(history: Sequence[Entry], world: World) -> Iterator[str]:
 
 def _twice(world: World, by_shard: dict[ShardKey, list[Event]]) -> Iterator[str]:
     for (dataset_id, number), events in by_shard.items():
-        name = f"shard {dataset_id}/{number}"
-        finishes = [event for event in events if event.kind == Transition.FINISH]
-        if len(finishes) > 1:
-            told = ", ".join(f"attempt {event.attempt} of {event.owner}" for event in finishes)
-            yield f"{name} was published {len(finishes)} times: {told}"
-        claims = [event for event in events if event.kind == Transition.CLAIM]
-        holders = {event.attempt: event.owner for event in claims}
-        if len(holders) < len(claims):
-            yield f"{name}: {len(claims)} claims got {len(holders)} attempt numbers"
-        if finishes and events[-1].kind != Transition.FINISH:
-            yield f"{name} was published, and then came {events[-1].kind}"
-        for event in finishes:
-            holder = holders.get(event.attempt)
-            if event.owner != holder:
-                yield f"{name}: attempt {event.attempt} of {holder} was published by {event.owner}"
+        yield from _twice_by_events(f"shard {dataset_id}/{number}", events)
     for shard in world.shards:
         if shard.publication is not None:
             yield from _other_attempts(shard, shard.publication)
@@ -133,6 +119,23 @@ def _twice(world: World, by_shard: dict[ShardKey, list[Event]]) -> Iterator[str]
         if dataset.images_done > dataset.count:
             yield f"dataset {dataset.id}: {dataset.images_done} of {dataset.count} images delivered"
     yield from _shared_keys(world.shards)
+
+
+def _twice_by_events(name: str, events: Sequence[Event]) -> Iterator[str]:
+    finishes = [event for event in events if event.kind == Transition.FINISH]
+    if len(finishes) > 1:
+        told = ", ".join(f"attempt {event.attempt} of {event.owner}" for event in finishes)
+        yield f"{name} was published {len(finishes)} times: {told}"
+    claims = [event for event in events if event.kind == Transition.CLAIM]
+    holders = {event.attempt: event.owner for event in claims}
+    if len(holders) < len(claims):
+        yield f"{name}: {len(claims)} claims got {len(holders)} attempt numbers"
+    if finishes and events[-1].kind != Transition.FINISH:
+        yield f"{name} was published, and then came {events[-1].kind}"
+    for event in finishes:
+        holder = holders.get(event.attempt)
+        if event.owner != holder:
+            yield f"{name}: attempt {event.attempt} of {holder} was published by {event.owner}"
 
 
 def _other_attempts(shard: Shard, publication: Publication) -> Iterator[str]:

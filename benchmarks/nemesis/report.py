@@ -186,7 +186,8 @@ def _spread(seconds: list[float]) -> Spread:
 def _words(spread: Spread | None) -> str:
     if spread is None:
         return "broke no attempt off"
-    return f"{spread.count} times, p50 {spread.p50:.1f} s, p99 {spread.p99:.1f} s, longest {spread.longest:.1f} s"
+    times = f"p50 {spread.p50:.1f} s, p99 {spread.p99:.1f} s, longest {spread.longest:.1f} s"
+    return f"{times} ({spread.count} times)"
 
 
 def _count(entries: list[Entry], what: str) -> int:
