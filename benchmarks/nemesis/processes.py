@@ -38,7 +38,9 @@ class Process:
     """Whether it should run: what ends while it is wanted ended by itself."""
 
     def start(self) -> None:
-        """Start it; return at once."""
+        """Start it, the process before it being killed; return at once."""
+        if self.popen is not None:
+            self.popen.wait()
         with self.log_path.open("ab") as log:
             self.popen = subprocess.Popen(
                 [sys.executable, "-m", *self.module],

@@ -49,9 +49,14 @@ class Report:
     """How attempts ended: the names of transitions."""
 
     @property
+    def in_vain(self) -> int:
+        """Attempts that published nothing."""
+        return self.attempts - self.ends[Transition.FINISH]
+
+    @property
     def overhead(self) -> float:
-        """Attempts in vain, as a share of the shards."""
-        return self.attempts / max(1, self.shards) - 1
+        """The same, as a share of the publications."""
+        return self.in_vain / max(1, self.ends[Transition.FINISH])
 
 
 def report(outcome: Outcome) -> Report:
@@ -96,6 +101,7 @@ def as_json(outcome: Outcome, figures: Report) -> dict[str, Any]:
         "images": figures.images,
         "attempts": figures.attempts,
         "retried_by_users": figures.retried_by_users,
+        "in_vain": figures.in_vain,
         "overhead": round(figures.overhead, 4),
         "ends": dict(figures.ends),
         "seconds_to_next_publication": vars(figures.next_finish),
@@ -129,7 +135,7 @@ def in_words(outcome: Outcome, figures: Report) -> str:
             head,
             f"violations: {wrong}",
             *(f"  {line}" for line in outcome.verdict.lines()[:40]),
-            f"attempts: {figures.attempts}, {figures.overhead:.1%} in vain; {ends}",
+            f"attempts: {figures.attempts}, {figures.in_vain} in vain ({figures.overhead:.1%}); {ends}",
             f"asked again by users: {figures.retried_by_users}",
             f"from a fault's end to the next publication: {next_finish}",
             f"from a fault's end until a shard it broke off is taken up again: {taken_up}",

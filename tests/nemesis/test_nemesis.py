@@ -24,4 +24,4 @@ def test_whatever_fails_everything_is_published_once(tmp_path: Path) -> None:
     assert figures.faults.total() == FAULTS
     assert len(figures.faults) >= LEAST_KINDS
     assert figures.shards >= SHARDS
-    assert figures.attempts > figures.shards  # or nothing was hit
+    assert figures.in_vain > 0  # or nothing was hit

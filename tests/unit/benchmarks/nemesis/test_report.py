@@ -37,7 +37,7 @@ def test_recovery() -> None:
     figures = report(Outcome(Options(1, 2, 2), entries, world, Verdict(), 30, 5))
     assert figures.faults == {"A": 1, "B": 1}
     assert figures.missed == 1
-    assert figures.attempts == 3
+    assert (figures.attempts, figures.in_vain, figures.overhead) == (3, 1, 0.5)
     # The next publication: 14 after 13.5, and 24 after 16.
     assert (figures.next_finish.p50, figures.next_finish.longest) == (0.5, 8.0)
     # The first attempt at shard 0 ended at 20, the last fault before that at 16; claimed at 21.
