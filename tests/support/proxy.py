@@ -17,11 +17,13 @@ class TcpProxy:
     """Passes connections on to a server. Its attributes may be changed at any time.
 
     frozen: nothing is passed on and nothing is closed, as when a cable is pulled (half-open).
+    answers_frozen: the same for what comes back: requests arrive, and nobody learns of it.
     delay_s: every piece waits so long. bytes_per_s: no faster than this (0: as fast as it goes).
     """
 
     target: tuple[str, int]
     frozen: bool = False
+    answers_frozen: bool = False
     refusing: bool = False
     delay_s: float = 0.0
     bytes_per_s: float = 0.0
@@ -40,7 +42,7 @@ class TcpProxy:
 
     def heal(self) -> None:
         """Pass on everything again. Connections made while frozen go on."""
-        self.frozen = self.refusing = False
+        self.frozen = self.answers_frozen = self.refusing = False
         self.delay_s = self.bytes_per_s = 0.0
 
     def reset(self) -> int:
@@ -79,25 +81,25 @@ class TcpProxy:
         server.settimeout(None)
         with self._lock:
             self._open |= {client, server}
-        back = threading.Thread(target=self._pump, args=(server, client), daemon=True)
+        back = threading.Thread(target=self._pump, args=(server, client, True), daemon=True)
         back.start()
-        self._pump(client, server)
+        self._pump(client, server, False)
         back.join()
         with self._lock:
             self._open -= {client, server}
         for each in (client, server):
             each.close()
 
-    def _pump(self, source: socket.socket, sink: socket.socket) -> None:
+    def _pump(self, source: socket.socket, sink: socket.socket, back: bool) -> None:
         with contextlib.suppress(OSError):
             while piece := source.recv(_PIECE_BYTES):
-                self._hold(len(piece))
+                self._hold(len(piece), back)
                 sink.sendall(piece)
         with contextlib.suppress(OSError):
             sink.shutdown(socket.SHUT_WR)
 
-    def _hold(self, size_bytes: int) -> None:
-        while self.frozen and not self._ended.is_set():
+    def _hold(self, size_bytes: int, back: bool) -> None:
+        while (self.frozen or (back and self.answers_frozen)) and not self._ended.is_set():
             time.sleep(0.02)
         pause_s = self.delay_s
         if self.bytes_per_s:

@@ -1,4 +1,7 @@
-"""Real servers from wheels, as fixtures: Postgres, Valkey and an S3 store, all on loopback."""
+"""Real servers from wheels: Postgres, Valkey and an S3 store, all on loopback.
+
+As context managers for programs, and as fixtures for tests.
+"""
 
 import json
 import os
@@ -11,7 +14,7 @@ import time
 import uuid
 import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,11 +38,15 @@ _WEED_PORTS = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass
 class Postgres:
-    """A running Postgres that a test may crash, as long as it starts it again."""
+    """A running Postgres that a test may crash, as long as it starts it again.
+
+    tcp_port: where it listens on loopback once it is started again; None is on its socket only.
+    """
 
     server: PostgresServer
+    tcp_port: int | None = None
 
     def crash(self) -> None:
         """End every process of it at once, without a checkpoint, as a power cut would."""
@@ -52,7 +59,19 @@ class Postgres:
 
     def start(self) -> None:
         """Start it again on its data; return when it answers."""
-        self.server.ensure_postgres_running()
+        if self.tcp_port is None:
+            self.server.ensure_postgres_running()
+            return
+        options = f"-h 127.0.0.1 -p {self.tcp_port} -k {self.server.pgdata}"
+        subprocess.run(
+            [
+                *(POSTGRES_BIN_PATH / "pg_ctl", "-D", self.server.pgdata, "-w", "-t", "60"),
+                *("-o", options, "-l", self.server.log, "start"),
+            ],
+            check=True,
+            user=self.server.system_user,
+            stdout=subprocess.DEVNULL,
+        )
 
 
 @dataclass
@@ -94,9 +113,9 @@ class S3Server:
         }
 
 
-@pytest.fixture(scope="session")
-def postgres() -> Iterator[Postgres]:
-    """Start Postgres."""
+@contextmanager
+def postgres_running() -> Iterator[Postgres]:
+    """Start Postgres; remove it and its data at the end."""
     # Below /tmp: a socket's path may have only some hundred characters.
     folder = Path(tempfile.mkdtemp(prefix="hi5-pg-", dir="/tmp"))
     with warnings.catch_warnings():
@@ -107,9 +126,19 @@ def postgres() -> Iterator[Postgres]:
         # need not sync the files of every database that a test made, which can take it too long.
         connection.execute("ALTER SYSTEM SET fsync = off")
         connection.execute("SELECT pg_reload_conf()")
-    yield Postgres(server)
+    postgres = Postgres(server)
+    yield postgres
+    if postgres.tcp_port is not None:
+        postgres.crash()
     server.cleanup()
     shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[Postgres]:
+    """Start Postgres."""
+    with postgres_running() as running:
+        yield running
 
 
 @pytest.fixture(scope="session")
@@ -149,9 +178,9 @@ def empty_broker(url: str) -> None:
         client.flushall()
 
 
-@pytest.fixture(scope="session")
-def s3_server() -> Iterator[S3Server]:
-    """Start SeaweedFS with one bucket and one identity."""
+@contextmanager
+def s3_running() -> Iterator[S3Server]:
+    """Start SeaweedFS with one bucket and one identity; remove it and its data at the end."""
     with tempfile.TemporaryDirectory(prefix="hi5-s3-") as name:
         folder = Path(name)
         ports = dict(zip(_WEED_PORTS, free_ports(len(_WEED_PORTS)), strict=True))
@@ -163,6 +192,13 @@ def s3_server() -> Iterator[S3Server]:
             yield server
         finally:
             weed.crash()
+
+
+@pytest.fixture(scope="session")
+def s3_server() -> Iterator[S3Server]:
+    """Start SeaweedFS with one bucket and one identity."""
+    with s3_running() as running:
+        yield running
 
 
 def free_ports(count: int) -> list[int]:

@@ -66,3 +66,23 @@ def test_refusing_lets_nobody_in(proxy: TcpProxy) -> None:
     with contextlib.suppress(ConnectionResetError), connect(proxy) as client:
         client.settimeout(5)
         assert client.recv(100) == b""
+
+
+def test_a_request_arrives_while_its_answer_does_not() -> None:
+    with (
+        socket.create_server(("127.0.0.1", 0)) as listener,
+        proxy_to(listener.getsockname()[1]) as proxy,
+    ):
+        proxy.answers_frozen = True
+        with connect(proxy) as client:
+            client.sendall(b"hello")
+            server, _ = listener.accept()
+            with server:
+                server.settimeout(5)
+                assert server.recv(100) == b"hello"
+                server.sendall(b"yes")
+                with pytest.raises(TimeoutError):
+                    client.recv(100)
+                proxy.heal()
+                client.settimeout(5)
+                assert client.recv(100) == b"yes"

@@ -1,0 +1,1 @@
+"""The nemesis: hi5's real processes over real servers, faults without end, and who checks."""
