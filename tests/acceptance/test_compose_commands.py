@@ -19,6 +19,7 @@ from tests.acceptance.compose_servers import (
     running_servers,
     until,
 )
+from tests.house.requirements import ROOT
 
 pytestmark = pytest.mark.acceptance
 
@@ -49,7 +50,8 @@ def environment_of(name: str, servers: Servers, folder: Path) -> dict[str, str]:
     if "UVICORN_PORT" in given:
         given |= {"UVICORN_HOST": LOOPBACK, "UVICORN_PORT": str(free_ports(1)[0])}
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.defpath}"
-    return {"PATH": path, "HOME": str(folder)} | given
+    # The tree that is tested, not the one that happens to be installed.
+    return {"PATH": path, "HOME": str(folder), "PYTHONPATH": str(ROOT)} | given
 
 
 def run(name: str, servers: Servers, folder: Path) -> "subprocess.CompletedProcess[str]":
@@ -102,6 +104,23 @@ def test_no_log_knows_the_first_key(servers: Servers, tmp_path: Path) -> None:
     assert log.count("/v1/datasets") == 3
     session = entered.headers["set-cookie"].partition("=")[2].partition(";")[0]
     assert [secret for secret in (key.split("_")[2], session) if secret in log] == []
+
+
+def test_a_key_is_made_beside_the_service(servers: Servers, tmp_path: Path) -> None:
+    """As `docker compose run --rm api hi5 keys create` does."""
+    command = [sys.executable, "-m", "hi5_common.cli", "keys", "create"]
+    made = subprocess.run(
+        [*command, "--owner", "lab", "--scope", "read"],
+        cwd=tmp_path,
+        env=environment_of("api", servers, tmp_path),
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.strip()
+    with healthy_service("api", servers, tmp_path) as (_, environment):
+        url = f"http://{LOOPBACK}:{environment['UVICORN_PORT']}/v1/datasets"
+        listed = httpx.get(url, headers={"Authorization": f"Bearer {made}"})
+    assert (listed.status_code, listed.json()["items"]) == (httpx.codes.OK, [])
 
 
 def test_migrating_again_changes_nothing(servers: Servers, tmp_path: Path) -> None:

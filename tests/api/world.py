@@ -63,6 +63,7 @@ class World:
     doorbell: MemoryDoorbell
     store: LocalFolder
     client: httpx.Client
+    app: FastAPI
 
     def submit(self, **changes: object) -> UUID:
         """Submit a dataset of 12 images in 3 shards and return its id."""
@@ -205,7 +206,7 @@ def a_world(folder: Path, **api: float | str) -> Iterator[World]:
         )
         key = make_key(parts)
         with serving(app) as url, httpx.Client(base_url=url, headers=bearer(key)) as client:
-            yield World(parts, doorbell, store, client)
+            yield World(parts, doorbell, store, client, app)
     finally:
         database.dispose()
 

@@ -16,6 +16,7 @@ function tell(text) {
 
 async function refreshPage() {
   const response = await fetch(location.href, { headers: { Accept: "text/html" } });
+  if (response.redirected) return location.reload(); // the session has ended
   if (!response.ok) return;
   const fresh = new DOMParser().parseFromString(await response.text(), "text/html");
   for (const part of liveParts(fresh)) {
@@ -37,6 +38,7 @@ function showProgress({ count, done, in_progress: working }) {
 
 async function pollDataset() {
   const response = await fetch(main.dataset.address);
+  if (response.status === 401) return location.reload(); // the session has ended
   if (!response.ok) throw new Error(`the API answered ${response.status}`);
   const dataset = await response.json();
   showProgress(dataset.progress);
@@ -61,6 +63,7 @@ async function post(button) {
   if (button.dataset.ask && !confirm(button.dataset.ask)) return;
   button.disabled = true;
   const response = await fetch(button.dataset.post, { method: "POST" });
+  if (response.ok && button.dataset.then) return location.assign(button.dataset.then);
   const answer = await response.json();
   tell(response.ok ? "" : answer.detail);
   await refreshPage();
