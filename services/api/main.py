@@ -14,7 +14,7 @@ from hi5_common.queue.celery_doorbell import CeleryDoorbell
 from hi5_common.settings import Settings
 from hi5_common.storage.open import open_store
 from hi5_common.version import hi5_version
-from services.api import errors
+from services.api import contract, errors
 from services.api.audit.routes import router as audit
 from services.api.balance.routes import router as balance
 from services.api.cards.routes import router as cards
@@ -29,7 +29,6 @@ from services.api.manifest.routes import router as manifest
 from services.api.objects.routes import router as objects
 from services.api.parts import Parts
 from services.api.plans.routes import router as plans
-from services.api.problems import MEDIA_TYPE, ProblemDetails
 from services.api.settings import ApiSettings
 from services.api.shield import Shield
 
@@ -77,7 +76,7 @@ def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
         redoc_url=None,
         redirect_slashes=False,
         lifespan=lifespan,
-        responses={"default": {"model": ProblemDetails, "content": {MEDIA_TYPE: {}}}},
+        responses=contract.EVERYWHERE,
     )
     app.state.parts = parts
     app.state.max_body_bytes = api_settings.max_body_bytes
@@ -85,6 +84,7 @@ def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
     errors.install(app)
     for router in ROUTERS:
         app.include_router(router)
+    contract.declare(app)
     app.mount("/static", pages.static_files(), name="static")
     # The last one added is the outermost: the shield sees answers of all the others.
     app.add_middleware(RequestBodyLimitMiddleware, max_body_size=api_settings.max_body_bytes)

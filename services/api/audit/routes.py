@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from hi5_common.domain.errors import Problem
 from hi5_common.fairness.report import Fairness
 from services.api.audit.service import Audited, audited
+from services.api.contract import refused
 from services.api.parts import Wired
 from services.api.problems import ApiError
 
@@ -33,7 +34,9 @@ MaxImages = Annotated[int, Depends(_max_images)]
 
 
 @router.get(
-    "/{dataset_id}/audit", response_model=Fairness, responses={202: {"model": AuditAwaited}}
+    "/{dataset_id}/audit",
+    response_model=Fairness,
+    responses={202: {"model": AuditAwaited}, **refused(404, 409)},
 )
 def get_audit(parts: Wired, dataset_id: UUID, max_images: MaxImages) -> Response:
     """Audit delivered labels, not pictures: the audit.json of `hi5 audit --no-pixels`.

@@ -10,6 +10,7 @@ from hi5_common.cards.datasheet import datasheet
 from hi5_common.domain.rights import Rights
 from services.api.cards import service
 from services.api.cards.service import Asked
+from services.api.contract import bytes_of, refused
 from services.api.parts import Wired
 
 router = APIRouter(prefix="/v1/datasets", tags=["cards"])
@@ -20,7 +21,7 @@ MARKDOWN = "text/markdown; charset=utf-8"
 @router.get(
     "/{dataset_id}/card",
     response_class=Response,
-    responses={200: {"content": {"text/markdown": {}}}},
+    responses={200: bytes_of("text/markdown"), **refused(404, 502)},
 )
 def get_card(parts: Wired, request: Request, dataset_id: UUID) -> Response:
     """Return the datasheet as Markdown."""
@@ -31,7 +32,7 @@ def get_card(parts: Wired, request: Request, dataset_id: UUID) -> Response:
 @router.get(
     "/{dataset_id}/croissant",
     response_class=Response,
-    responses={200: {"content": {"application/ld+json": {}}}},
+    responses={200: bytes_of(MEDIA_TYPE), **refused(404, 502)},
 )
 def get_croissant(parts: Wired, request: Request, dataset_id: UUID) -> Response:
     """Return Croissant 1.1 with its RAI fields. Files of many shards are left to the manifest."""
@@ -40,7 +41,7 @@ def get_croissant(parts: Wired, request: Request, dataset_id: UUID) -> Response:
     return Response(json.dumps(document, indent=1, ensure_ascii=False), media_type=MEDIA_TYPE)
 
 
-@router.get("/{dataset_id}/licences")
+@router.get("/{dataset_id}/licences", responses=refused(404))
 def get_licences(parts: Wired, dataset_id: UUID) -> Rights:
     """Return every asset of a dataset with its licence, and what they allow together."""
     return service.rights(parts, dataset_id)

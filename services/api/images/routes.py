@@ -6,6 +6,7 @@ from uuid import UUID
 from fastapi import APIRouter, Header, Path, Response
 
 from hi5_common.domain.strict import MAX_COUNT
+from services.api.contract import Answers, bytes_of, refused
 from services.api.images import service
 from services.api.images.service import Found
 from services.api.parts import Parts, Wired
@@ -15,11 +16,17 @@ router = APIRouter(prefix="/v1/datasets/{dataset_id}/images", tags=["images"])
 Index = Annotated[int, Path(ge=0, lt=MAX_COUNT)]
 IfNoneMatch = Annotated[str | None, Header()]
 
+KNOWN: Answers = {304: {"description": "The client has it already"}}
+
 # An index means the same bytes for ever, but a dataset can be deleted.
 CACHE_CONTROL = "private, max-age=86400, immutable"
 
 
-@router.get("/{index}", response_class=Response)
+@router.get(
+    "/{index}",
+    response_class=Response,
+    responses={200: bytes_of(*service.MEDIA_TYPES.values()), **KNOWN, **refused(404, 502)},
+)
 def get_image(
     parts: Wired, dataset_id: UUID, index: Index, if_none_match: IfNoneMatch = None
 ) -> Response:
@@ -27,7 +34,11 @@ def get_image(
     return _answer(parts, service.find_image(parts, dataset_id, index), if_none_match)
 
 
-@router.get("/{index}/labels", response_class=Response)
+@router.get(
+    "/{index}/labels",
+    response_class=Response,
+    responses={200: {"content": {"application/json": {}}}, **KNOWN, **refused(404, 502)},
+)
 def get_labels(
     parts: Wired, dataset_id: UUID, index: Index, if_none_match: IfNoneMatch = None
 ) -> Response:

@@ -8,7 +8,8 @@ from fastapi.responses import StreamingResponse
 
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.manifest import ManifestObject
-from services.api.images.routes import CACHE_CONTROL, matches
+from services.api.contract import bytes_of, refused
+from services.api.images.routes import CACHE_CONTROL, KNOWN, matches
 from services.api.objects import service
 from services.api.objects.ranges import ByteRange, Unsatisfiable, parse_range
 from services.api.parts import Wired
@@ -19,12 +20,21 @@ router = APIRouter(prefix="/v1/datasets/{dataset_id}/shards", tags=["shards"])
 MAX_NUMBER = 2**31 - 1
 
 
-@router.get("/{number}/objects/{name}", response_class=StreamingResponse)
+@router.get(
+    "/{number}/objects/{name}",
+    response_class=StreamingResponse,
+    responses={
+        200: bytes_of(*service.MEDIA_TYPES.values()),
+        206: {"description": "The range", **bytes_of(*service.MEDIA_TYPES.values())},
+        **KNOWN,
+        **refused(404, 416),
+    },
+)
 def get_object(
     parts: Wired,
     dataset_id: UUID,
     number: Annotated[int, Path(ge=0, le=MAX_NUMBER)],
-    name: str,
+    name: Annotated[str, Path(json_schema_extra={"enum": list(service.MEDIA_TYPES)})],
     range_: Annotated[str | None, Header(alias="Range")] = None,
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
