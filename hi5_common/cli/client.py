@@ -8,12 +8,12 @@ from typing import Any, Self
 from uuid import UUID
 
 import httpx
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from hi5_common.cli.failures import ServiceUnreachable
 from hi5_common.cli.fetch.source import TransferBroken
 from hi5_common.domain.balance import Balance
-from hi5_common.domain.errors import InvalidInput, PermanentError, Problem, TransientError
+from hi5_common.domain.errors import InvalidInput, PermanentError, Problem, TransientError, shown
 from hi5_common.domain.manifest import Manifest, ManifestShard, Progress
 from hi5_common.domain.records import DatasetStatus
 from hi5_common.domain.rights import Rights
@@ -26,6 +26,10 @@ _BLOCK_BYTES = 1 << 20
 
 class RequestRefused(PermanentError):
     """The service refuses the request."""
+
+
+class WrongAnswer(PermanentError):
+    """The service answers what no hi5 answers. Check its address; `hi5 doctor` asks it."""
 
 
 class ServiceBusy(TransientError):
@@ -41,6 +45,13 @@ class DatasetLine(BaseModel):
     status: DatasetStatus
     created_at: datetime
     progress: Progress
+
+
+class _DatasetLines(BaseModel):
+    """A page of datasets."""
+
+    items: list[DatasetLine]
+    next: str | None = None
 
 
 class Service:
@@ -69,33 +80,41 @@ class Service:
         """Yield every dataset, the newest first."""
         address: str | None = "/v1/datasets"
         while address:
-            page = self._json("GET", address)
-            yield from map(DatasetLine.model_validate, page["items"])
-            address = page.get("next")
+            page = _checked(_DatasetLines, self._json("GET", address))
+            yield from page.items
+            address = _own_address(page.next)
 
     def dataset(self, dataset_id: UUID) -> DatasetLine:
         """Return how far a dataset is."""
-        return DatasetLine.model_validate(self._json("GET", f"/v1/datasets/{dataset_id}"))
+        return _checked(DatasetLine, self._json("GET", f"/v1/datasets/{dataset_id}"))
 
     def manifest(self, dataset_id: UUID) -> Manifest:
         """Return the first page of the manifest."""
         return self._manifest(f"/v1/datasets/{dataset_id}/manifest")
 
     def shards(self, dataset_id: UUID) -> Iterator[ManifestShard]:
-        """Yield every shard of the manifest, page by page."""
-        page = self.manifest(dataset_id)
-        yield from page.shards
-        while page.next:
-            page = self._manifest(page.next)
-            yield from page.shards
+        """Yield every shard of the manifest, page by page. Raises WrongAnswer."""
+        page, last = self.manifest(dataset_id), -1
+        while True:
+            for shard in page.shards:
+                if shard.number <= last:
+                    raise WrongAnswer(f"Shard {shard.number} comes after shard {last}.")
+                last = shard.number
+                yield shard
+            address = _own_address(page.next)
+            if address is None:
+                return
+            if not page.shards:
+                raise WrongAnswer("A page of the manifest is empty and not the last.")
+            page = self._manifest(address)
 
     def balance(self, dataset_id: UUID) -> Balance:
         """Return requested, planned and delivered counts."""
-        return Balance.model_validate(self._json("GET", f"/v1/datasets/{dataset_id}/balance"))
+        return _checked(Balance, self._json("GET", f"/v1/datasets/{dataset_id}/balance"))
 
     def rights(self, dataset_id: UUID) -> Rights:
         """Return what the licences of a dataset's assets allow."""
-        return Rights.model_validate(self._json("GET", f"/v1/datasets/{dataset_id}/licences"))
+        return _checked(Rights, self._json("GET", f"/v1/datasets/{dataset_id}/licences"))
 
     def cancel(self, dataset_id: UUID) -> None:
         """Cancel what is not rendered yet."""
@@ -129,10 +148,15 @@ class Service:
             raise ServiceUnreachable(self.url, _reason(error)) from error
 
     def _manifest(self, address: str) -> Manifest:
-        return Manifest.model_validate(self._json("GET", address))
+        return _checked(Manifest, self._json("GET", address))
 
     def _json(self, method: str, address: str, **options: Any) -> dict[str, Any]:
-        document: dict[str, Any] = self._send(method, address, **options).json()
+        try:
+            document = self._send(method, address, **options).json()
+        except (ValueError, RecursionError) as error:
+            raise WrongAnswer from error
+        if not isinstance(document, dict):
+            raise WrongAnswer
         return document
 
     def _send(self, method: str, address: str, **options: Any) -> httpx.Response:
@@ -154,6 +178,25 @@ class Service:
         return answer
 
 
+def _checked[Model: BaseModel](model: type[Model], document: object) -> Model:
+    """Return what a service sent if it is what one sends. Raises WrongAnswer."""
+    try:
+        return model.model_validate(document)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise WrongAnswer(f"{WrongAnswer.__doc__} {where}: {first['msg']}.") from error
+
+
+def _own_address(following: str | None) -> str | None:
+    """Return the address of a next page: never one of another host, which would get our key."""
+    if following is None:
+        return None
+    if not following.startswith("/v1/") or any(ord(letter) <= 32 for letter in following):
+        raise WrongAnswer(f"The next page is said to be at {shown(following)}.")
+    return following
+
+
 class _FieldProblem(BaseModel):
     model_config = ConfigDict(extra="ignore")
     field: str
@@ -164,7 +207,7 @@ class _FieldProblem(BaseModel):
 def _refusal(answer: httpx.Response) -> Exception:
     """Turn problem details (RFC 9457) back into the error they came from."""
     details = _problem_details(answer)
-    problems = [_FieldProblem.model_validate(item) for item in details.get("problems", ())]
+    problems = [_checked(_FieldProblem, item) for item in details.get("problems") or ()]
     if problems:
         return InvalidInput([Problem(item.field, item.value, item.remedy) for item in problems])
     title = details.get("title", answer.reason_phrase)

@@ -7,7 +7,7 @@ from hi5_common.domain.errors import TransientError
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec
 
-PLANS_KEPT = 8
+PLANS_KEPT = 4
 """Each takes up to 13 MB by default: a million images woven, of six attributes."""
 MOST_WAITING = 16
 """Requests that may wait for their plans: each holds one of the threads that all others need."""
