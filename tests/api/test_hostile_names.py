@@ -152,7 +152,7 @@ def test_an_object_key_stays_in_its_folder(tmp_path: Path) -> None:
 
 def test_an_idempotency_key_is_refused_or_a_key(shared_world: World) -> None:
     for name in NAMES:
-        headers = {"Idempotency-Key": name.encode("utf-8")}
+        headers = [(b"Idempotency-Key", name.encode("utf-8"))]
         try:
             answer = shared_world.client.post("/v1/datasets", json={"count": 1}, headers=headers)
         except httpx.LocalProtocolError:

@@ -15,7 +15,7 @@ from hi5_common.db import datasets, migrate, shards
 from hi5_common.db.engine import open_database
 from hi5_common.domain.plan import Plan
 from hi5_common.settings import Settings
-from hi5_common.storage.local import LocalFolder
+from hi5_common.storage.open import open_store
 from tests.api.world import publish
 from tests.support.fleet import environment
 from tests.support.servers import free_ports
@@ -62,7 +62,7 @@ class ApiProcess:
             assert shard is not None
             with database.snapshot() as session:
                 plan = Plan.of(datasets.spec(session, shard.dataset_id))
-            publication = publish(LocalFolder(self.settings.data_dir / "store"), shard, plan)
+            publication = publish(open_store(self.settings), shard, plan)
             with database.transaction() as session:
                 shards.finish(session, shard.id, shard.attempt, OWNER, publication)
         finally:
