@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hi5_common.domain.environments import EnvironmentEntry, EnvironmentKind, EnvironmentOrigin
+from hi5_common.domain.values import OWN_ENVIRONMENT
 
 SUFFIXES = (".exr", ".hdr")
 _FOLDERS = {"user": EnvironmentOrigin.USER, "polyhaven": EnvironmentOrigin.POLYHAVEN}
@@ -25,12 +26,15 @@ class OwnPanorama:
 
 def find_own(assets_dir: Path, environment: str) -> OwnPanorama | None:
     """Return what is known of a panorama, or None if it or its file is not there."""
+    if OWN_ENVIRONMENT.fullmatch(environment) is None:
+        return None  # no name may lead out of the folder
     origin, _, name = environment.partition(":")
     record = assets_dir / origin / f"{name}.json"
-    if origin not in _FOLDERS or not record.is_file():
+    if not record.is_file():
         return None
     found = _parsed(json.loads(record.read_text("utf-8")))
-    return found if (assets_dir / origin / found.file_name).is_file() else None
+    is_here = Path(found.file_name).name == found.file_name
+    return found if is_here and (assets_dir / origin / found.file_name).is_file() else None
 
 
 def entries_of(assets_dir: Path, environments: Iterable[str]) -> dict[str, EnvironmentEntry]:

@@ -60,6 +60,11 @@ class Settings(BaseSettings):
     s3_secret_access_key: str | None = Field(None, repr=False)
     s3_region: str = "us-east-1"
     s3_allow_http: bool = False
+    s3_public_endpoint: str | None = Field(None, pattern=r"^https?://[A-Za-z0-9.:_\[\]-]+$")
+    """Where clients reach the S3 store themselves. With it the API answers for a shard's whole
+    files with signed addresses; None, and it sends every byte itself."""
+    signed_url_s: int = Field(300, ge=1, le=900)
+    """How long a signed address can be used: at most 15 minutes."""
 
     api_key: str | None = Field(None, repr=False)
     """What the command `hi5` shows to the service."""

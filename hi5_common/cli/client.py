@@ -10,12 +10,12 @@ from urllib.parse import quote
 from uuid import UUID
 
 import httpx
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from hi5_common.cli.failures import ServiceUnreachable
 from hi5_common.cli.fetch.source import TransferBroken
 from hi5_common.domain.balance import Balance
-from hi5_common.domain.errors import InvalidInput, PermanentError, Problem, TransientError
+from hi5_common.domain.errors import InvalidInput, PermanentError, Problem, TransientError, shown
 from hi5_common.domain.failure_report import FailurePage, FailureReport
 from hi5_common.domain.manifest import Manifest, ManifestShard, Progress
 from hi5_common.domain.records import DatasetStatus
@@ -44,6 +44,10 @@ class KeyWanted(PermanentError):
         )
 
 
+class WrongAnswer(PermanentError):
+    """The service answers what no hi5 answers. Check its address; `hi5 doctor` asks it."""
+
+
 class ServiceBusy(TransientError):
     """The service cannot answer now. Try again; `hi5 doctor` says what does not work."""
 
@@ -61,6 +65,13 @@ class DatasetLine(BaseModel):
     status: DatasetStatus
     created_at: datetime
     progress: Progress
+
+
+class _DatasetLines(BaseModel):
+    """A page of datasets."""
+
+    items: list[DatasetLine]
+    next: str | None = None
 
 
 class Service:
@@ -98,41 +109,49 @@ class Service:
         """Yield every dataset, the newest first."""
         address: str | None = "/v1/datasets"
         while address:
-            page = self._json("GET", address)
-            yield from map(DatasetLine.model_validate, page["items"])
-            address = page.get("next")
+            page = _checked(_DatasetLines, self._json("GET", address))
+            yield from page.items
+            address = _own_address(page.next)
 
     def dataset(self, dataset_id: UUID) -> DatasetLine:
         """Return how far a dataset is."""
-        return DatasetLine.model_validate(self._json("GET", f"/v1/datasets/{dataset_id}"))
+        return _checked(DatasetLine, self._json("GET", f"/v1/datasets/{dataset_id}"))
 
     def manifest(self, dataset_id: UUID) -> Manifest:
         """Return the first page of the manifest."""
         return self._manifest(f"/v1/datasets/{dataset_id}/manifest")
 
     def shards(self, dataset_id: UUID) -> Iterator[ManifestShard]:
-        """Yield every shard of the manifest, page by page."""
-        page = self.manifest(dataset_id)
-        yield from page.shards
-        while page.next:
-            page = self._manifest(page.next)
-            yield from page.shards
+        """Yield every shard of the manifest, page by page. Raises WrongAnswer."""
+        page, last = self.manifest(dataset_id), -1
+        while True:
+            for shard in page.shards:
+                if shard.number <= last:
+                    raise WrongAnswer(f"Shard {shard.number} comes after shard {last}.")
+                last = shard.number
+                yield shard
+            address = _own_address(page.next)
+            if address is None:
+                return
+            if not page.shards:
+                raise WrongAnswer("A page of the manifest is empty and not the last.")
+            page = self._manifest(address)
 
     def balance(self, dataset_id: UUID) -> Balance:
         """Return requested, planned and delivered counts."""
-        return Balance.model_validate(self._json("GET", f"/v1/datasets/{dataset_id}/balance"))
+        return _checked(Balance, self._json("GET", f"/v1/datasets/{dataset_id}/balance"))
 
     def failures(self, dataset_id: UUID) -> Iterator[FailureReport]:
         """Yield what failed of a dataset, the newest first."""
         address: str | None = f"/v1/datasets/{dataset_id}/failures"
         while address:
-            page = FailurePage.model_validate(self._json("GET", address))
+            page = _checked(FailurePage, self._json("GET", address))
             yield from page.items
-            address = page.next
+            address = _own_address(page.next)
 
     def workers(self) -> WorkerList:
         """Return the machines that render."""
-        return WorkerList.model_validate(self._json("GET", "/v1/workers"))
+        return _checked(WorkerList, self._json("GET", "/v1/workers"))
 
     def unblock(self, name: str) -> None:
         """Let a machine claim again."""
@@ -140,7 +159,7 @@ class Service:
 
     def rights(self, dataset_id: UUID) -> Rights:
         """Return what the licences of a dataset's assets allow."""
-        return Rights.model_validate(self._json("GET", f"/v1/datasets/{dataset_id}/licences"))
+        return _checked(Rights, self._json("GET", f"/v1/datasets/{dataset_id}/licences"))
 
     def cancel(self, dataset_id: UUID) -> None:
         """Cancel what is not rendered yet."""
@@ -186,10 +205,15 @@ class Service:
             time.sleep(wait_s)
 
     def _manifest(self, address: str) -> Manifest:
-        return Manifest.model_validate(self._json("GET", address))
+        return _checked(Manifest, self._json("GET", address))
 
     def _json(self, method: str, address: str, **options: Any) -> dict[str, Any]:
-        document: dict[str, Any] = self._send(method, address, **options).json()
+        try:
+            document = self._send(method, address, **options).json()
+        except (ValueError, RecursionError) as error:
+            raise WrongAnswer from error
+        if not isinstance(document, dict):
+            raise WrongAnswer
         return document
 
     def _send(self, method: str, address: str, **options: Any) -> httpx.Response:
@@ -225,6 +249,25 @@ class _KeyOf(httpx.Auth):
         yield request
 
 
+def _checked[Model: BaseModel](model: type[Model], document: object) -> Model:
+    """Return what a service sent if it is what one sends. Raises WrongAnswer."""
+    try:
+        return model.model_validate(document)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise WrongAnswer(f"{WrongAnswer.__doc__} {where}: {first['msg']}.") from error
+
+
+def _own_address(following: str | None) -> str | None:
+    """Return the address of a next page: never one of another host, which would get our key."""
+    if following is None:
+        return None
+    if not following.startswith("/v1/") or any(ord(letter) <= 32 for letter in following):
+        raise WrongAnswer(f"The next page is said to be at {shown(following)}.")
+    return following
+
+
 class _FieldProblem(BaseModel):
     model_config = ConfigDict(extra="ignore")
     field: str
@@ -239,7 +282,7 @@ def _refusal(answer: httpx.Response) -> Exception:
         return KeyWanted(str(details.get("detail", "")))
     if answer.status_code == httpx.codes.TOO_MANY_REQUESTS:
         return ServiceBusy(str(details.get("detail", "Too many requests.")), _wait_s(answer))
-    problems = [_FieldProblem.model_validate(item) for item in details.get("problems", ())]
+    problems = [_checked(_FieldProblem, item) for item in details.get("problems") or ()]
     if problems:
         return InvalidInput([Problem(item.field, item.value, item.remedy) for item in problems])
     title = details.get("title", answer.reason_phrase)

@@ -5,13 +5,27 @@ import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
+from rich.text import Text
 
-out = Console(soft_wrap=True, highlight=False)
-err = Console(stderr=True, soft_wrap=True, highlight=False)
+_STEERING = dict.fromkeys((*range(9), *range(11, 32), *range(127, 160)), "�")
+_STEERING |= dict.fromkeys((*range(0x202A, 0x202F), *range(0x2066, 0x206A)), "\ufffd")
+"""What moves a cursor, colours, or turns the direction of text: a service's words may hold it."""
+
+
+class PlainConsole(Console):
+    """Prints what others wrote as letters: nobody steers a terminal through a name."""
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        return super().render_str(text.translate(_STEERING), **options)
+
+
+out = PlainConsole(soft_wrap=True, highlight=False)
+err = PlainConsole(stderr=True, soft_wrap=True, highlight=False)
 
 
 def own_name() -> str:
@@ -35,4 +49,4 @@ def print_table(table: Table) -> None:
     """Print a table as wide as it is: an id cut to fit a terminal is of no use to a script."""
     unlimited = out.options.update(max_width=10_000)
     width = max(out.width, Measurement.get(out, unlimited, table).maximum)
-    Console(file=out.file, width=width, highlight=False).print(table)
+    PlainConsole(file=out.file, width=width, highlight=False).print(table)

@@ -2,11 +2,12 @@
 
 import re
 from dataclasses import dataclass
+from typing import Final
 from uuid import UUID
 
-SAMPLES = "samples.tar"
-LABELS = "labels.parquet"
-MEMBERS = "members.json"
+SAMPLES: Final = "samples.tar"
+LABELS: Final = "labels.parquet"
+MEMBERS: Final = "members.json"
 
 _ATTEMPT = re.compile(r"datasets/([0-9a-f-]{36})/shards/(\d{6,})/attempt-(\d{4,})/[a-z.]+")
 

@@ -5,7 +5,10 @@ shard number: `next` is the address of the following page, or None on the last.
 """
 
 from datetime import datetime
+from typing import Literal
 from uuid import UUID
+
+from pydantic import Field
 
 from hi5_common.domain import keys
 from hi5_common.domain.records import (
@@ -22,16 +25,20 @@ from hi5_common.domain.records import (
 from hi5_common.domain.spec import DatasetSpec
 from hi5_common.domain.strict import StrictModel
 
-OBJECT_NAMES = (keys.SAMPLES, keys.LABELS, keys.MEMBERS)
+ObjectName = Literal["samples.tar", "labels.parquet", "members.json"]
+OBJECT_NAMES: tuple[ObjectName, ...] = (keys.SAMPLES, keys.LABELS, keys.MEMBERS)
 """The files of a published shard, in the order of `ManifestShard.objects`."""
 
 
 class ManifestObject(StrictModel):
-    """A published object: its name in the shard, its key in the store, size, SHA-256 in hex."""
+    """A published object: its name in the shard, its key in the store, size, SHA-256 in hex.
 
-    name: str
+    Readers make files of the name, so it is one of OBJECT_NAMES and nothing else.
+    """
+
+    name: ObjectName
     key: str
-    size_bytes: int
+    size_bytes: int = Field(ge=0)
     sha256: str
 
 
@@ -41,9 +48,9 @@ class ManifestShard(StrictModel):
     gaps: images of a done shard that it does not have; redrawn: images that are later draws.
     """
 
-    number: int
-    start: int
-    stop: int
+    number: int = Field(ge=0)
+    start: int = Field(ge=0)
+    stop: int = Field(ge=0)
     status: ShardStatus
     attempt: int
     progress: int

@@ -120,8 +120,7 @@ def resolved(document: Mapping[str, object]) -> tuple[dict[str, object], list[Pr
     if isinstance(attributes, dict) and _has_tags(request):
         request = _request(reader, request)
         found["attributes"] = {**attributes, "environment": request}
-    has = list(request.get("weights", request) if isinstance(request, dict) else request or ())
-    within = Reader(0, 0, 1, [str(name) for name in has] or reader.among)
+    within = Reader(0, 0, 1, _named(request) or reader.among)
     for name, part in CONDITIONS.items():
         if isinstance(listed := document.get(name), list):
             found[name] = [
@@ -155,6 +154,13 @@ def _request(reader: Reader, request: object) -> object:
             return reader.counted(request)
         case _:
             return request
+
+
+def _named(request: object) -> list[str]:
+    """Return the environments that a request names; none if it has not the shape of one."""
+    if isinstance(request, dict):
+        request = request.get("weights", request)
+    return [str(name) for name in request] if isinstance(request, list | dict) else []
 
 
 def _condition(reader: Reader, field: str, part: str, condition: object) -> object:

@@ -10,7 +10,7 @@ from hi5_common.settings import Settings
 from hi5_common.storage.local import LocalFolder
 from hi5_common.storage.obstore_store import ObstoreStore
 from hi5_common.storage.port import ObjectStore
-from hi5_common.storage.s3 import Patience, open_bucket
+from hi5_common.storage.s3 import Patience, SignedReads, open_bucket, signed_reads
 
 
 def open_store(settings: Settings, patience_s: float | None = None) -> ObjectStore:
@@ -29,6 +29,17 @@ def open_store(settings: Settings, patience_s: float | None = None) -> ObjectSto
         return open_bucket(parts.netloc, parts.path.strip("/"), settings, patience)
     remedy = "Use file:///<absolute folder> or s3://<bucket>/<prefix>."
     raise InvalidInput([Problem("HI5_STORE_URL", url, remedy)])
+
+
+def open_signed_reads(settings: Settings) -> SignedReads | None:
+    """Return what signs addresses of objects, or None where clients cannot reach the store."""
+    parts = urlsplit(settings.resolved_store_url)
+    if settings.s3_public_endpoint is None:
+        return None
+    if parts.scheme != "s3" or not parts.netloc:
+        remedy = "Only an S3 store has addresses of its own: leave it out, or use s3://<bucket>."
+        raise InvalidInput([Problem("HI5_S3_PUBLIC_ENDPOINT", settings.s3_public_endpoint, remedy)])
+    return signed_reads(parts.netloc, parts.path.strip("/"), settings)
 
 
 def memory_store() -> ObjectStore:

@@ -3,6 +3,9 @@
 import anyio
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+ASKED = "hi5.head"
+"""In the scope of a GET that somebody asked the headers of."""
+
 
 class Head:
     """ASGI middleware that asks the application to GET and sends only the headers."""
@@ -22,4 +25,4 @@ class Head:
                     await send({"type": "http.response.body", "body": b""})
                 unwanted.cancel()  # an object of gigabytes need not be read for this
 
-            await self.app({**scope, "method": "GET"}, receive, send_headers)
+            await self.app({**scope, "method": "GET", ASKED: True}, receive, send_headers)

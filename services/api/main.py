@@ -14,7 +14,7 @@ from hi5_common.queue.celery_doorbell import CeleryDoorbell
 from hi5_common.settings import Settings
 from hi5_common.storage.open import open_store
 from hi5_common.version import hi5_version
-from services.api import errors
+from services.api import contract, errors
 from services.api.access.doors import require_doors
 from services.api.access.gate import Gate
 from services.api.access.log_filter import hide_tokens
@@ -34,7 +34,6 @@ from services.api.manifest.routes import router as manifest
 from services.api.objects.routes import router as objects
 from services.api.parts import Parts
 from services.api.plans.routes import router as plans
-from services.api.problems import MEDIA_TYPE, ProblemDetails
 from services.api.settings import ApiSettings
 from services.api.shield import Shield
 from services.api.workers.routes import router as workers
@@ -87,7 +86,7 @@ def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
         redoc_url=None,
         redirect_slashes=False,
         lifespan=lifespan,
-        responses={"default": {"model": ProblemDetails, "content": {MEDIA_TYPE: {}}}},
+        responses=contract.EVERYWHERE,
     )
     app.state.parts = parts
     app.state.api_settings = api_settings
@@ -98,6 +97,7 @@ def assemble(parts: Parts, api_settings: ApiSettings) -> FastAPI:
     require_doors(ROUTERS)
     for router in ROUTERS:
         app.include_router(router)
+    contract.declare(app)
     app.mount("/static", pages.static_files(), name="static")
     # The last one added is the outermost: the shield sees answers of all the others.
     app.add_middleware(RequestBodyLimitMiddleware, max_body_size=api_settings.max_body_bytes)

@@ -7,6 +7,7 @@ from fastapi import Depends, Request
 
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.spec import DatasetSpec, parse_spec, parse_spec_text
+from services.api.contract import SPEC
 from services.api.problems import ApiError
 
 JSON_TYPE = "application/json"
@@ -17,8 +18,8 @@ OPENAPI_BODY = {
         "required": True,
         "description": "The spec. GET /v1/spec-schema returns its JSON Schema.",
         "content": {
-            JSON_TYPE: {"schema": {"type": "object", "required": ["count"]}},
-            "application/yaml": {"schema": {"type": "object", "required": ["count"]}},
+            media_type: {"schema": {"$ref": f"#/components/schemas/{SPEC}"}}
+            for media_type in (JSON_TYPE, "application/yaml")
         },
     }
 }

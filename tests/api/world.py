@@ -39,6 +39,7 @@ from hi5_common.export.label_table import write_label_table
 from hi5_common.queue.memory import MemoryDoorbell
 from hi5_common.settings import Settings
 from hi5_common.storage.local import LocalFolder
+from hi5_common.storage.port import ObjectStore
 from services.api.main import assemble
 from services.api.parts import Parts
 from services.api.settings import ApiSettings
@@ -117,7 +118,7 @@ def label_of(plan: Plan, index: int) -> ImageLabel:
 
 
 def publish(
-    store: LocalFolder, shard: Shard, plan: Plan, missing: Sequence[int] = ()
+    store: ObjectStore, shard: Shard, plan: Plan, missing: Sequence[int] = ()
 ) -> Publication:
     """Put the three files of a shard where an attempt would put them."""
     gaps = tuple(Gap(index, "failed 5 times: <it broke>") for index in missing)
@@ -172,7 +173,7 @@ def _tar(files: Mapping[str, bytes]) -> tuple[bytes, bytes]:
     return buffer.getvalue(), json.dumps({"members": members}).encode()
 
 
-def _put(store: LocalFolder, key: str, data: bytes) -> StoredObject:
+def _put(store: ObjectStore, key: str, data: bytes) -> StoredObject:
     sha256 = hashlib.sha256(data).hexdigest()
     store.put(key, data, sha256)
     return StoredObject(key, len(data), sha256)

@@ -12,7 +12,7 @@ SCRIPTS = [
     ROOT / name
     for name in (
         "scripts/setup", "scripts/demo", "scripts/test", "scripts/check", "scripts/fmt",
-        "scripts/lock", ".ci/run",
+        "scripts/lock", "scripts/audit", ".ci/run",
     )
 ]  # fmt: skip
 

@@ -19,7 +19,7 @@ from hi5_common.domain import lifecycle
 from hi5_common.domain.lifecycle import Transition
 from hi5_common.domain.records import Publication, ShardStatus, StoredObject
 from hi5_common.storage import publish
-from hi5_common.storage.port import ObjectStore
+from hi5_common.storage.port import Heed, ObjectStore, unheeding
 from services.worker.celery_app import app
 from tests.nemesis.broken import FENCING, STOPPED_BEFORE_FINISH, VARIABLE, VERIFY
 
@@ -45,7 +45,7 @@ def _switch_verify_off() -> None:
     publish.verify = _no_verify
 
 
-def _no_verify(store: ObjectStore, expected: StoredObject) -> None:
+def _no_verify(store: ObjectStore, expected: StoredObject, heed: Heed = unheeding) -> None:
     return None
 
 

@@ -64,10 +64,15 @@ class ShardFiles:
             return file.read(size)
 
     def unpack_images(self, folder: Path) -> None:
-        """Write every image into a folder; a name that no worker writes is left in the tar."""
+        """Write every image into a folder.
+
+        What no worker writes is left in the tar: other names, links, sparse files.
+        """
         with tarfile.open(self.samples) as tar:
             for item in tar:
-                content = tar.extractfile(item) if _IMAGE.fullmatch(item.name) else None
+                # A sparse file of some bytes may say that it is of terabytes.
+                plain = item.isreg() and not item.issparse() and _IMAGE.fullmatch(item.name)
+                content = tar.extractfile(item) if plain else None
                 if content is not None:
                     (folder / item.name).write_bytes(content.read())
 

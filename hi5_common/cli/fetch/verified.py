@@ -26,15 +26,19 @@ def fetch(
 ) -> None:
     """Write chunks to the path if they are what is expected; `seen` hears of each chunk's bytes.
 
+    No more is written than is expected, however much is sent.
+
     Raises WrongDownload and leaves no file at the path otherwise.
     """
     partial = path.with_name(f"{path.name}.partial")
     digest, size_bytes = hashlib.sha256(), 0
     with partial.open("wb") as file:
         for chunk in chunks:
+            size_bytes += len(chunk)
+            if size_bytes > expected.size_bytes:
+                break  # whoever sends more than was said may never end
             file.write(chunk)
             digest.update(chunk)
-            size_bytes += len(chunk)
             seen(len(chunk))
     if (size_bytes, digest.hexdigest()) != (expected.size_bytes, expected.sha256):
         partial.unlink()

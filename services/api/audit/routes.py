@@ -10,6 +10,7 @@ from hi5_common.domain.errors import Problem
 from hi5_common.fairness.report import Fairness
 from services.api.access.doors import Reading
 from services.api.audit.service import Audited, audited
+from services.api.contract import refused
 from services.api.problems import ApiError
 
 router = APIRouter(prefix="/v1/datasets", tags=["audit"])
@@ -33,7 +34,9 @@ MaxImages = Annotated[int, Depends(_max_images)]
 
 
 @router.get(
-    "/{dataset_id}/audit", response_model=Fairness, responses={202: {"model": AuditAwaited}}
+    "/{dataset_id}/audit",
+    response_model=Fairness,
+    responses={202: {"model": AuditAwaited}, **refused(404, 409)},
 )
 def get_audit(access: Reading, dataset_id: UUID, max_images: MaxImages) -> Response:
     """Audit delivered labels, not pictures: the audit.json of `hi5 audit --no-pixels`.

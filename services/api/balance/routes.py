@@ -6,11 +6,12 @@ from fastapi import APIRouter
 
 from hi5_common.domain.balance import Balance
 from services.api.access.doors import Reading
+from services.api.contract import refused
 
 router = APIRouter(prefix="/v1/datasets", tags=["balance"])
 
 
-@router.get("/{dataset_id}/balance")
+@router.get("/{dataset_id}/balance", responses=refused(404))
 def get_balance(access: Reading, dataset_id: UUID) -> Balance:
     """Compare requested, planned and delivered images, per value and per pair of values."""
     with access.snapshot() as mine:

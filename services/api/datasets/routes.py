@@ -6,6 +6,7 @@ from uuid import UUID
 from fastapi import APIRouter, BackgroundTasks, Header, Query, Response
 
 from services.api.access.doors import Reading, Writing
+from services.api.contract import refused
 from services.api.datasets import service
 from services.api.datasets.schemas import (
     DatasetPage,
@@ -26,7 +27,12 @@ IdempotencyKey = Annotated[
 ]
 
 
-@router.post("", status_code=201, openapi_extra=OPENAPI_BODY)
+@router.post(
+    "",
+    status_code=201,
+    openapi_extra=OPENAPI_BODY,
+    responses={200: {"model": DatasetView}, **refused(409, 415)},
+)
 def submit_dataset(
     access: Writing,
     spec: SpecBody,
@@ -52,26 +58,26 @@ def list_datasets(access: Reading, query: Annotated[DatasetPageQuery, Query()]) 
     return DatasetPage(items=[DatasetView.of(dataset) for dataset in items], next=following)
 
 
-@router.get("/{dataset_id}")
+@router.get("/{dataset_id}", responses=refused(404))
 def get_dataset(access: Reading, dataset_id: UUID) -> DatasetView:
     """Return one dataset and how far it has come."""
     return DatasetView.of(service.get(access, dataset_id))
 
 
-@router.get("/{dataset_id}/events")
+@router.get("/{dataset_id}/events", responses=refused(404))
 def list_events(access: Reading, dataset_id: UUID, query: Annotated[Limited, Query()]) -> EventPage:
     """List what happened to a dataset, the newest first."""
     found = service.latest_events(access, dataset_id, query.limit)
     return EventPage(items=[EventView.of(event) for event in found])
 
 
-@router.post("/{dataset_id}/cancel", status_code=202)
+@router.post("/{dataset_id}/cancel", status_code=202, responses=refused(404, 409))
 def cancel_dataset(access: Writing, dataset_id: UUID) -> DatasetView:
     """Stop: pending shards now, leased ones when their workers next ask. What is done stays."""
     return DatasetView.of(service.cancel(access, dataset_id))
 
 
-@router.post("/{dataset_id}/retry", status_code=202)
+@router.post("/{dataset_id}/retry", status_code=202, responses=refused(404, 409))
 def retry_dataset(access: Writing, dataset_id: UUID, background: BackgroundTasks) -> RetriedView:
     """Give failed shards another chance."""
     retried = service.retry(access, dataset_id)
@@ -79,7 +85,12 @@ def retry_dataset(access: Writing, dataset_id: UUID, background: BackgroundTasks
     return RetriedView(retried_shards=retried.count, dataset=DatasetView.of(retried.dataset))
 
 
-@router.delete("/{dataset_id}", status_code=204, response_class=Response)
+@router.delete(
+    "/{dataset_id}",
+    status_code=204,
+    response_class=Response,
+    responses=refused(404, 409),
+)
 def delete_dataset(access: Writing, dataset_id: UUID) -> Response:
     """Forget a dataset. Its objects are removed by the keeper a while later."""
     service.delete(access, dataset_id)

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from hi5_common.domain.failure_report import FailurePage
 from services.api.access.doors import Reading
+from services.api.contract import refused
 from services.api.failures import service
 from services.api.paging import Limited, next_address
 
@@ -20,7 +21,7 @@ class FailurePageQuery(Limited):
     after: int | None = Field(None, ge=0, lt=2**63)
 
 
-@router.get("/{dataset_id}/failures")
+@router.get("/{dataset_id}/failures", responses=refused(404))
 def list_failures(
     access: Reading, dataset_id: UUID, query: Annotated[FailurePageQuery, Query()]
 ) -> FailurePage:

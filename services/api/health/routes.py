@@ -29,7 +29,7 @@ async def get_health() -> Alive:
     return Alive()
 
 
-@router.get("/readyz")
+@router.get("/readyz", responses={503: {"model": Readiness}})
 async def get_readiness(parts: Wired, response: Response) -> Readiness:
     """Answer 200 if the database, the store and the broker answer, else 503."""
     states = await service.states(parts)

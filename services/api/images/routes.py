@@ -7,6 +7,7 @@ from fastapi import APIRouter, Header, Path, Response
 
 from hi5_common.domain.strict import MAX_COUNT
 from services.api.access.doors import Reading
+from services.api.contract import Answers, bytes_of, refused
 from services.api.images import service
 from services.api.images.service import Found
 from services.api.parts import Parts
@@ -16,11 +17,17 @@ router = APIRouter(prefix="/v1/datasets/{dataset_id}/images", tags=["images"])
 Index = Annotated[int, Path(ge=0, lt=MAX_COUNT)]
 IfNoneMatch = Annotated[str | None, Header()]
 
+KNOWN: Answers = {304: {"description": "The client has it already"}}
+
 # An index means the same bytes for ever, but a dataset can be deleted.
 CACHE_CONTROL = "private, max-age=86400, immutable"
 
 
-@router.get("/{index}", response_class=Response)
+@router.get(
+    "/{index}",
+    response_class=Response,
+    responses={200: bytes_of(*service.MEDIA_TYPES.values()), **KNOWN, **refused(404, 502)},
+)
 def get_image(
     access: Reading, dataset_id: UUID, index: Index, if_none_match: IfNoneMatch = None
 ) -> Response:
@@ -28,7 +35,11 @@ def get_image(
     return _answer(access.parts, service.find_image(access, dataset_id, index), if_none_match)
 
 
-@router.get("/{index}/labels", response_class=Response)
+@router.get(
+    "/{index}/labels",
+    response_class=Response,
+    responses={200: {"content": {"application/json": {}}}, **KNOWN, **refused(404, 502)},
+)
 def get_labels(
     access: Reading, dataset_id: UUID, index: Index, if_none_match: IfNoneMatch = None
 ) -> Response:

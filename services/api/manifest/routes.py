@@ -8,6 +8,7 @@ from pydantic import Field
 
 from hi5_common.domain.manifest import Manifest
 from services.api.access.doors import Reading
+from services.api.contract import refused
 from services.api.manifest import service
 from services.api.paging import Limited
 
@@ -20,7 +21,7 @@ class ManifestQuery(Limited):
     after: int | None = Field(None, ge=0, le=2**31 - 1)
 
 
-@router.get("/{dataset_id}/manifest")
+@router.get("/{dataset_id}/manifest", responses=refused(404))
 def get_manifest(
     access: Reading, dataset_id: UUID, query: Annotated[ManifestQuery, Query()]
 ) -> Manifest:

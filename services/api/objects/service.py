@@ -1,5 +1,6 @@
 """The published files of one shard."""
 
+import functools
 from collections.abc import Iterator
 from uuid import UUID
 
@@ -7,7 +8,10 @@ from hi5_common.db.errors import ShardNotFound
 from hi5_common.domain import keys
 from hi5_common.domain.errors import Problem
 from hi5_common.domain.manifest import ManifestObject, manifest_objects
+from hi5_common.settings import Settings
+from hi5_common.storage.open import open_signed_reads
 from hi5_common.storage.port import ObjectStore
+from hi5_common.storage.s3 import SignedReads
 from services.api.access.access import Access
 from services.api.images.service import published
 from services.api.objects.ranges import ByteRange
@@ -35,6 +39,12 @@ def find_object(access: Access, dataset_id: UUID, number: int, name: str) -> Man
             raise ApiError(404, "not-found", "No such shard", [problem]) from error
     objects = manifest_objects(published(shard, Problem("number", number, "")))
     return next(item for item in objects if item.name == name)
+
+
+@functools.lru_cache(maxsize=2)
+def signed_reads(settings: Settings) -> SignedReads | None:
+    """Return what signs addresses of the store, or None if clients cannot reach it."""
+    return open_signed_reads(settings)
 
 
 def read_range(store: ObjectStore, key: str, wanted: ByteRange) -> Iterator[bytes]:

@@ -1,29 +1,64 @@
 """Plans of the specs asked about last: making one costs more than a request should."""
 
-import functools
+from collections import OrderedDict
+from threading import Lock
 
+from hi5_common.domain.errors import TransientError
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec
 
-PLANS_KEPT = 16
+PLANS_KEPT = 4
 """Each takes up to 13 MB by default: a million images woven, of six attributes."""
+MOST_WAITING = 16
+"""Requests that may wait for their plans: each holds one of the threads that all others need."""
+
+
+class TooManyPlans(TransientError):
+    """Other plans are being made. Ask again in some seconds."""
 
 
 class Plans:
-    """A plan is a pure function of its spec, so it never goes stale."""
+    """A plan is a pure function of its spec, so it never goes stale.
+
+    One is made at a time: together they would take no less time, and each its own memory.
+    """
 
     def __init__(self) -> None:
-        self._plan = functools.lru_cache(maxsize=PLANS_KEPT)(_plan)
-
-    @property
-    def made(self) -> int:
-        """Return how many plans were made, and not found here."""
-        return self._plan.cache_info().misses
+        self.made = 0
+        """How many plans were made, and not found here."""
+        self._kept: OrderedDict[str, Plan] = OrderedDict()
+        self._making, self._counting, self._waiting = Lock(), Lock(), 0
 
     def of(self, spec: DatasetSpec) -> Plan:
-        """Return the plan of a spec."""
-        return self._plan(spec.canonical_json())
+        """Return the plan of a spec. Raises TooManyPlans."""
+        text = spec.canonical_json()
+        return self._found(text) or self._in_turn(text)
 
+    def _in_turn(self, text: str) -> Plan:
+        with self._counting:
+            if self._waiting >= MOST_WAITING:
+                raise TooManyPlans
+            self._waiting += 1
+        try:
+            with self._making:
+                # Whoever was before us may have made the same.
+                return self._found(text) or self._make(text)
+        finally:
+            with self._counting:
+                self._waiting -= 1
 
-def _plan(canonical_json: str) -> Plan:
-    return Plan.of(DatasetSpec.model_validate_json(canonical_json))
+    def _found(self, text: str) -> Plan | None:
+        with self._counting:
+            found = self._kept.get(text)
+            if found is not None:
+                self._kept.move_to_end(text)
+            return found
+
+    def _make(self, text: str) -> Plan:
+        plan = Plan.of(DatasetSpec.model_validate_json(text))
+        with self._counting:
+            self.made += 1
+            self._kept[text] = plan
+            while len(self._kept) > PLANS_KEPT:
+                self._kept.popitem(last=False)
+        return plan

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Path
 from hi5_common.db import workers
 from hi5_common.domain.workers import Worker, WorkerList
 from services.api.access.doors import Administering
+from services.api.contract import refused
 
 router = APIRouter(prefix="/v1/workers", tags=["workers"])
 
@@ -20,7 +21,7 @@ def list_workers(access: Administering) -> WorkerList:
         return WorkerList(items=workers.all_of_them(session))
 
 
-@router.post("/{name}/unblock")
+@router.post("/{name}/unblock", responses=refused(404))
 def unblock_worker(access: Administering, name: Name) -> Worker:
     """Let a machine claim again, and forget what failed there. Idempotent."""
     with access.parts.database.transaction() as session:

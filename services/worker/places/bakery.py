@@ -53,7 +53,7 @@ class Oven:
         """Bake in about seven seconds on two free cores. Raises BakeFailed with Blender's words."""
         size = [str(self.width_px), str(self.threads)]
         command = [sys.executable, "-m", _OVEN, entry.id, str(out), *size]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(_import_paths())}
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(import_paths())}
         try:
             done = subprocess.run(
                 command,
@@ -126,7 +126,8 @@ def _alone(path: Path) -> Iterator[None]:
         yield
 
 
-def _import_paths() -> list[str]:
+def import_paths() -> list[str]:
+    """Return the folders that a process of ours must import from."""
     root = str(Path(__file__).resolve().parents[3])
     inherited = os.environ.get("PYTHONPATH")
     return [root, inherited] if inherited else [root]

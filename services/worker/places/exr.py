@@ -26,11 +26,21 @@ def read_panorama(path: Path) -> F4:
 
 def write_panorama(path: Path, pixels: F4) -> None:
     """Write an (H, W, 3) panorama as a half-float EXR whose bytes depend on its pixels alone."""
+    _write(path, pixels.astype(np.float16))
+
+
+def write_exactly(path: Path, pixels: F4) -> None:
+    """Write like write_panorama and lose nothing: as floats where halves would."""
+    with np.errstate(over="ignore"):
+        half = pixels.astype(np.float16)
+    _write(path, half if np.array_equal(half.astype(np.float32), pixels) else pixels)
+
+
+def _write(path: Path, pixels: npt.NDArray[np.float16] | F4) -> None:
     import OpenEXR
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    half = np.ascontiguousarray(pixels.astype(np.float16))
-    OpenEXR.File(header, {"RGB": half}).write(str(path))
+    OpenEXR.File(header, {"RGB": np.ascontiguousarray(pixels)}).write(str(path))
 
 
 def _read_exr(path: Path) -> F4:

@@ -19,7 +19,7 @@ from hi5_common.cards.distribution import (
     beside,
     sums,
 )
-from hi5_common.domain.manifest import ManifestObject, ManifestShard
+from hi5_common.domain.manifest import ManifestShard
 from hi5_common.domain.records import DatasetStatus
 from hi5_common.domain.spec import LabelKind
 from hi5_common.export.label_table import SCHEMA
@@ -50,9 +50,7 @@ def shards(count: int) -> list[ManifestShard]:
                 "progress": 1,
                 "failure_reason": None,
                 "objects": [
-                    ManifestObject(
-                        name=name, key=f"k/{name}", size_bytes=9, sha256=f"{number:064x}"
-                    )
+                    {"name": name, "key": f"k/{name}", "size_bytes": 9, "sha256": f"{number:064x}"}
                     for name in names
                 ],
                 "tallies": {},

@@ -124,7 +124,8 @@ def _stored(dataset: PublishedDataset, number: int, file: PackedFile) -> Manifes
     key = f"{keys.shard_prefix(ID, number, 1)}/{file.name}"
     content = file.path.read_bytes()
     dataset.objects[key] = content
-    return ManifestObject(name=file.name, key=key, size_bytes=len(content), sha256=file.sha256)
+    stored = {"key": key, "size_bytes": len(content), "sha256": file.sha256}
+    return ManifestObject.model_validate({"name": file.name, **stored})
 
 
 def _rendered(folder: Path, plan: Plan, index: int) -> RenderedImage:
