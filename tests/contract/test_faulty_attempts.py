@@ -288,12 +288,12 @@ def test_a_listing_that_lies_makes_nobody_forget_an_orphan(world: World, fault: 
 
 def test_one_shards_trouble_is_not_the_others(world: World) -> None:
     lost = _lose(world)
-    world.proxy.script(Kind.DELETE, None, Fault.FORBIDDEN)
+    world.proxy.script(Kind.DELETE, Fault.FORBIDDEN)
     keeper = world.keeper()
     with pytest.raises(errors.StoreRefused):
         keeper.sweep_objects()
-    assert len(list(world.truth.list(keys.dataset_prefix(lost)))) == 2
-    assert keeper.sweep_objects() == 2
+    assert len(list(world.truth.list(keys.dataset_prefix(lost)))) == 3
+    assert keeper.sweep_objects() == 3
     assert list(world.truth.list(keys.dataset_prefix(lost))) == []
 
 
