@@ -18,8 +18,10 @@ from benchmarks.nemesis.schedule import Strike, strikes
 from benchmarks.nemesis.servers import Servers, Site, servers_running
 from benchmarks.nemesis.users import Shape, Users
 from benchmarks.nemesis.world import World, survey
+from hi5_common.db import keys
 from hi5_common.db.engine import Database, Session, open_database
 from hi5_common.db.tables import DatasetRow, ShardRow
+from hi5_common.domain.access import LOCAL_OWNER, Scope
 from hi5_common.domain.errors import Hi5Error
 from hi5_common.domain.records import ShardStatus
 from hi5_common.queue.celery_doorbell import CeleryDoorbell
@@ -35,6 +37,7 @@ RETRY_S = 5.0
 """How often users look for shards that hi5 gave up."""
 SMALL = Shape(shards=10, images_per_shard=4, image_s=0.25)
 KEEPERS = 2
+ANY_RATE = "1000000/second"
 OBJECTS_OF_A_SHARD = 3
 SETTLED = frozenset({ShardStatus.DONE, ShardStatus.CANCELLED})
 PATIENCE_S = 180.0
@@ -238,10 +241,17 @@ def arena(options: Options, folder: Path, say: Callable[[str], None]) -> Iterato
     """Start servers and fleet; end them at the end."""
     with servers_running(folder) as servers:
         site = servers.site(folder)
-        fleet = Fleet(site.theirs, folder, free_ports(1)[0], options.workers, KEEPERS)
+        fleet = Fleet(
+            site.theirs,
+            folder,
+            free_ports(1)[0],
+            options.workers,
+            KEEPERS,
+            variables={"HI5_API_RATE": ANY_RATE},
+        )
         history = History(folder / "history.jsonl")
-        users = Users(fleet.url, history, options.shape, options.seed)
         database = open_database(site.ours.database_url)
+        users = Users(fleet.url, _key(database), history, options.shape, options.seed)
         run = Run(
             options,
             servers,
@@ -260,6 +270,12 @@ def arena(options: Options, folder: Path, say: Callable[[str], None]) -> Iterato
         finally:
             fleet.end()
             database.dispose()
+
+
+def _key(database: Database) -> str:
+    """Return a new key of the users'."""
+    with database.transaction() as session:
+        return keys.create(session, keys.Granted(LOCAL_OWNER, Scope.WRITE)).text
 
 
 def carry_out(options: Options, folder: Path, say: Callable[[str], None]) -> Outcome:

@@ -3,7 +3,7 @@
 import queue
 import threading
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -64,6 +64,7 @@ class Users:
     """Two threads that ask the API and write down what it answered."""
 
     url: str
+    key: str
     history: History
     shape: Shape
     seed: int
@@ -138,15 +139,23 @@ class Users:
         return dataset_id
 
     def _asked_until_answered(
-        self, method: str, path: str, settled: Collection[int] = (), **rest: Any
+        self,
+        method: str,
+        path: str,
+        settled: Collection[int] = (),
+        headers: Mapping[str, str] | None = None,
+        **rest: Any,
     ) -> httpx.Response:
         """Send a request again and again until it is answered with success, or with one of these.
 
         Any other refusal but 503 is an error of hi5.
         """
+        sent = {**self._shown(), **(headers or {})}
         while True:
             try:
-                answer = httpx.request(method, self.url + path, timeout=TIMEOUT_S, **rest)
+                answer = httpx.request(
+                    method, self.url + path, timeout=TIMEOUT_S, headers=sent, **rest
+                )
             except httpx.TransportError:
                 time.sleep(PAUSE_S)
                 continue
@@ -157,6 +166,9 @@ class Users:
                     "refused", path=path, status=answer.status_code, body=answer.text[:500]
                 )
             time.sleep(PAUSE_S)
+
+    def _shown(self) -> dict[str, str]:
+        return {"Authorization": f"Bearer {self.key}"}
 
     def _read_all(self) -> None:
         """Note what is published of one dataset after another; cancel and delete some."""
@@ -194,7 +206,9 @@ class Users:
     def _read(self, dataset_id: UUID) -> None:
         try:
             answer = httpx.get(
-                f"{self.url}/v1/datasets/{dataset_id}/manifest?limit=200", timeout=TIMEOUT_S
+                f"{self.url}/v1/datasets/{dataset_id}/manifest?limit=200",
+                timeout=TIMEOUT_S,
+                headers=self._shown(),
             )
         except httpx.TransportError:
             return
