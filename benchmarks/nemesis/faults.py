@@ -21,7 +21,7 @@ from tests.support.servers import wait_for_bucket
 
 TOLD_S = 5.0
 """A store that is told to lie and not asked for so long is no more told to."""
-DRAIN_S = 60.0
+DRAIN_S = 120.0
 MOST_DOUBLED = 10
 COPIES = 10
 LIES = 3
