@@ -66,6 +66,8 @@ def fleets(database: Database, folder: Path) -> tuple[Callable[[int], type[AnyOr
     return seeded, seen
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(1800)  # two minutes on a quiet machine; how long it takes proves nothing
 def test_exactly_once(database: Database, tmp_path: Path) -> None:
     fleet, seen = fleets(database, tmp_path)
     wanted = STEPS[database.engine.dialect.name]
