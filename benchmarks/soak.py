@@ -125,6 +125,7 @@ def soak(folder: Path, frames: int, per_shard: int, child_images: int) -> Soak:
                     continue
                 had.append(Possessions.now(settings.child_module, scratch, temporary))
                 seen.append((ledger.images, memory_mb(os.getpid())))
+                print(f"{seen[-1][0]} images, {seen[-1][1]:.1f} MB, {had[-1]}", flush=True)
             return Soak(seen, ledger.records, had[0], had[-1], time.monotonic() - began_s)
     finally:
         tempfile.tempdir = before

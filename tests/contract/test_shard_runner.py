@@ -165,6 +165,31 @@ def test_a_store_in_trouble_costs_an_attempt(
     assert str(shard.failure_reason).startswith(reason)
 
 
+@pytest.mark.parametrize("fault", ["no_disk", "full_for_tar"])
+def test_a_full_disk_costs_an_attempt_and_is_named(
+    database: Database, tmp_path: Path, fault: str
+) -> None:
+    """While an image is written, and while the shard is packed."""
+    made = factories.dataset(database, count=2, size=2, name=f"{fault} 1")
+    slot = runner(database, Store(), tmp_path)
+    assert slot.run_next(None) is Outcome.FAILED
+    shard = only_shard(database, made.id)
+    assert shard.status is ShardStatus.PENDING
+    assert str(shard.failure_reason).startswith("disk_full: ")
+    assert not list((tmp_path / "scratch").glob("hi5-attempt-*"))
+    written = json.loads(slot.ledger.path.read_text("utf-8"))
+    assert written["ends"] == ({"disk_full": 1} if fault == "no_disk" else {"done": 1})
+
+
+def test_a_worker_that_is_not_admitted_claims_nothing(database: Database, tmp_path: Path) -> None:
+    made = factories.dataset(database, count=2, size=2)
+    slot = runner(database, Store(), tmp_path)
+    assert replace(slot, admitted=lambda: False).run_while_due(None, most=5) == []
+    shard = only_shard(database, made.id)
+    assert (shard.status, shard.attempt) == (ShardStatus.PENDING, 0)
+    assert slot.run_while_due(None, most=5) == [Outcome.PUBLISHED]
+
+
 def test_a_zombies_publication_is_refused(database: Database, tmp_path: Path) -> None:
     """Two attempts overlap: the first one wakes up when the second has published."""
     made = factories.dataset(database, count=2, size=2)

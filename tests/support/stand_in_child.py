@@ -57,6 +57,8 @@ def _misbehave(fault: str, argument: str, index: int, out_dir: Path, draws: dict
         case "nonsense":
             os.write(3, b"Blender 5.2.3 says hello\n")
             time.sleep(3600)
+        case "full_for_tar":
+            (out_dir.parent / "samples.tar").symlink_to("/dev/full")
         case kind:
             _report(kind, index)
 

@@ -6,6 +6,7 @@ from rich.markup import escape
 
 from hi5_common.cli import console
 from hi5_common.cli.checks.check import CheckResult
+from hi5_common.cli.checks.children import children_check
 from hi5_common.cli.checks.machine import machine_checks
 from hi5_common.cli.checks.services import service_checks
 from hi5_common.cli.failures import OutcomeError
@@ -21,7 +22,7 @@ def doctor(as_json: JsonOption = False, data_dir: DataDirOption = None) -> None:
     """Look at everything hi5 needs; ends with 1 if something does not work."""
     settings = Settings(data_dir=data_dir.resolve()) if data_dir else Settings()
     results = []
-    for check in (*machine_checks(), *service_checks(settings)):
+    for check in (*machine_checks(), *service_checks(settings), children_check(settings)):
         result = check.run()
         results.append(result)
         if not as_json:

@@ -4,6 +4,7 @@ import json
 import logging
 import os
 import platform
+import time
 from collections import Counter
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -12,6 +13,9 @@ from pathlib import Path
 from hi5_common.domain.faults import ImageFault
 
 log = logging.getLogger(__name__)
+
+_KEPT_S = 86400.0
+"""Sums of processes that have ended are kept so long."""
 
 
 class Ended(StrEnum):
@@ -90,6 +94,9 @@ class ChildLedger:
         partial = self.path.with_suffix(".partial")
         partial.write_text(json.dumps(document) + "\n", encoding="utf-8")
         partial.replace(self.path)
+        for path in self.folder.glob(f"children-{platform.node()}-*.json"):
+            if time.time() - path.stat().st_mtime > _KEPT_S:
+                path.unlink(missing_ok=True)
 
 
 def log_end(record: ChildRecord) -> None:

@@ -25,7 +25,9 @@ EVENTS_FD = 3
 _KEPT = ("PATH", "LANG", "LD_LIBRARY_PATH", "CUDA_VISIBLE_DEVICES", "CUDA_CACHE_PATH")
 _KEPT_PREFIXES = ("PYTHON", "LC_", "NVIDIA_", "OPTIX_")
 _READ_BYTES = 1 << 16
-_LOG_TAIL_BYTES = 2000
+_LOG_READ_BYTES = 1 << 16
+_LOG_TAIL_CHARACTERS = 2000
+_NOT_TOLD = "Extension modules: "
 
 
 @dataclass(frozen=True)
@@ -209,7 +211,11 @@ def clean_environment(inherited: Mapping[str, str], folder: Path) -> dict[str, s
 
 def _tail(path: Path) -> str:
     try:
-        data = path.read_bytes()[-_LOG_TAIL_BYTES:]
+        with path.open("rb") as file:
+            file.seek(max(0, path.stat().st_size - _LOG_READ_BYTES))
+            lines = file.read().decode("utf-8", "replace").splitlines()
     except OSError:
         return "(none)"
-    return data.decode("utf-8", "replace").strip() or "(empty)"
+    # A crash dump ends with the names of all modules: its stack, before them, is what matters.
+    told = "\n".join(line for line in lines if not line.startswith(_NOT_TOLD)).strip()
+    return told[-_LOG_TAIL_CHARACTERS:] or "(empty)"

@@ -63,5 +63,5 @@ def test_the_command_ends_with_one_and_prints_all(
     assert finished.code == 1
     results = json.loads(finished.out)
     assert [result["name"] for result in results][:2] == ["thing", "database"]
-    assert [result["ok"] for result in results] == [False, True, True, True]
+    assert [result["ok"] for result in results] == [False, True, True, True, True]
     assert "not in order: thing" in finished.err

@@ -22,6 +22,7 @@ from services.worker.fleet.render_process import (
     clean_environment,
 )
 from services.worker.fleet.shard_render import Limits, RenderedImage, ShardRender
+from tests.support import factories
 
 STAND_IN = (sys.executable, "-m", "tests.support.stand_in_child")
 
@@ -101,6 +102,20 @@ def test_what_only_another_machine_can_mend_ends_the_attempt(
     assert caught.value.kind is kind
     assert caught.value.reason.startswith(reason)
     assert (render.draws, render.gaps) == ({}, {})
+
+
+def test_a_disk_that_is_full_under_the_real_child_is_told_as_such(tmp_path: Path) -> None:
+    out_dir = tmp_path / "images"
+    out_dir.mkdir()
+    (out_dir / ".000000000.jpg.partial").symlink_to("/dev/full")
+    made = factories.spec(1, 1).model_dump(mode="json")
+    job = RenderJob(made, (0,), str(out_dir), 1, "fake", str(tmp_path / "cache"))
+    command = (sys.executable, "-m", "services.worker.render_child")
+    limits = Limits(300, 1000, 8192, 8192, 30)
+    render = ShardRender(job, tmp_path, "jpg", command, limits, lambda _: None, lambda: False)
+    with pytest.raises(AttemptFailed, match="No space left on device") as caught:
+        render.run()
+    assert caught.value.kind is FailureKind.DISK_FULL
 
 
 def test_a_kill_while_the_kernel_kills_for_memory_is_no_crash(
