@@ -85,6 +85,14 @@ def api_process(
     folder.mkdir(parents=True, exist_ok=True)
     found = Settings.model_validate({"data_dir": folder, **settings})
     migrate.upgrade(found.resolved_database_url)
+    with uvicorn_of(found, variables) as api:
+        yield api
+
+
+@contextmanager
+def uvicorn_of(found: Settings, variables: Mapping[str, str] | None = None) -> Iterator[ApiProcess]:
+    """Start uvicorn with settings that need lead nowhere; stop it at the end."""
+    folder = found.data_dir
     (port,) = free_ports(1)
     log_path = folder / "api.log"
     command = [sys.executable, "-m", "uvicorn", APP, "--factory", "--port", str(port)]
