@@ -158,6 +158,7 @@ def _settings(folder: Path, changes: dict[str, object]) -> Settings:
         "cache_dir": folder / "cache",
         "scratch_dir": folder / "scratch",
         "child_module": "benchmarks.nemesis.child",
+        "canary": False,  # it draws nothing that a canary could be
         "renderer": "fake",
         "render_threads": 1,
         "log_format": "json",

@@ -4,6 +4,7 @@ Every status that a route can answer is declared, none by "default", so that a c
 has something to check.
 """
 
+import functools
 import json
 from http import HTTPStatus
 from typing import Any
@@ -43,6 +44,7 @@ def declare(app: FastAPI) -> None:
     """Add to the app's OpenAPI document the schemas that `refused` and spec bodies refer to."""
     made = app.openapi
 
+    @functools.cache
     def openapi() -> Schema:
         document = made()
         document["components"]["schemas"] |= _problem_schemas() | _spec_schemas()

@@ -4,6 +4,7 @@ import json
 from typing import Annotated
 
 from fastapi import Depends, Request
+from starlette.requests import ClientDisconnect
 
 from hi5_common.domain.errors import InvalidInput, Problem
 from hi5_common.domain.spec import DatasetSpec, parse_spec, parse_spec_text
@@ -38,7 +39,11 @@ def _media_type(request: Request) -> str:
 async def _body(request: Request) -> bytes:
     """Read the body; the app's own limit ends one that is too long while it streams in."""
     _media_type(request)
-    return await request.body()
+    try:
+        return await request.body()
+    except ClientDisconnect as error:  # nobody is left to tell, but it is no fault of ours
+        problem = Problem("body", "cut off", "Send as many bytes as its length says.")
+        raise ApiError(400, "cut-off", "Body cut off", [problem]) from error
 
 
 def _spec(request: Request, body: Annotated[bytes, Depends(_body)]) -> DatasetSpec:

@@ -82,7 +82,7 @@ def test_no_name_leads_a_panorama_s_record_elsewhere(tmp_path: Path) -> None:
 
 def routes(world: World) -> list[tuple[str, str]]:
     """Return (method, path with {} in place of one parameter), every parameter of every route."""
-    document = world.client.get("/openapi.json").json()
+    document = world.client.get("/openapi.json", timeout=60).json()
     good = {"dataset_id": str(uuid4()), "number": "0", "index": "0", "name": "samples.tar"}
     found = [("GET", "/datasets/{}"), ("GET", "/datasets/{}/audit"), ("GET", "/static/{}")]
     for path, methods in document["paths"].items():

@@ -89,6 +89,19 @@ def api_process(
     found = Settings.model_validate({"data_dir": folder, **settings})
     migrate.upgrade(found.resolved_database_url)
     key = _admin_key(found.resolved_database_url)
+    with uvicorn_of(found, variables, key) as api:
+        yield api
+
+
+@contextmanager
+def uvicorn_of(
+    found: Settings, variables: Mapping[str, str] | None = None, key: str = ""
+) -> Iterator[ApiProcess]:
+    """Start uvicorn with settings that need lead nowhere; stop it at the end.
+
+    key: what its clients show, if its database knows one.
+    """
+    folder = found.data_dir
     (port,) = free_ports(1)
     log_path = folder / "api.log"
     command = [sys.executable, "-m", "uvicorn", APP, "--factory", "--port", str(port)]
