@@ -34,7 +34,7 @@ OWNER = "benchmark"
 LEASE_S = 3600.0
 GAP_EVERY, REDRAW_EVERY = 97, 41
 """Of so many shards, one lacks its first image, or has a later draw of its last."""
-REASON = "failed 3 times: the render child died of signal 11 (SIGSEGV); log: none"
+REASON = "crash: failed 3 times; killed by SIGSEGV; log: (none)"
 BYTES_OF_AN_IMAGE = {keys.SAMPLES: 96_000, keys.LABELS: 2_400, keys.MEMBERS: 310}
 
 

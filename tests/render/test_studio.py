@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,21 @@ import numpy.typing as npt
 import pytest
 from pycocotools import mask as coco_mask
 
+from hi5_common.domain.faults import ImageFault
 from hi5_common.domain.labels import Box, ImageLabel, Mask
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.spec import DatasetSpec, parse_spec
 from hi5_common.domain.vocabulary import KeypointVisibility
 from hi5_common.export.label_table import read_label_table
+from services.worker.outcome import fault_of
+from services.worker.render.errors import RenderFailed
 from services.worker.render.fake import FakeRenderer
+from services.worker.render.port import Frame
+from services.worker.render.rect import PixelRect
+from services.worker.render.settings import RenderSettings
 from services.worker.sample import Studio
 from services.worker.scene.library import HandLibrary
+from services.worker.scene.types import HandScene, SceneGeometry
 
 pytestmark = pytest.mark.render
 
@@ -129,6 +137,43 @@ def test_labels_that_are_not_asked_for_are_none(hands: HandLibrary) -> None:
     whole = _label(hands)
     assert whole.keypoints == keypoints.keypoints
     assert whole.box == box.box
+
+
+@dataclass(frozen=True)
+class Spoilt(FakeRenderer):
+    """Draws as the fake does, and then gives every pixel's light or cover another value."""
+
+    channels: slice
+    value: float
+
+    def render(
+        self,
+        scene: HandScene,
+        geometry: SceneGeometry,
+        region: PixelRect,
+        settings: RenderSettings,
+    ) -> Frame:
+        frame = super().render(scene, geometry, region, settings)
+        frame.rgba[..., self.channels] = self.value
+        return frame
+
+
+@pytest.mark.parametrize(
+    ("channels", "value", "fault"),
+    [
+        (slice(0, 3), 0.0, ImageFault.BLACK_FRAME),
+        (slice(0, 1), np.nan, ImageFault.NON_FINITE_FRAME),
+        (slice(0, 3), np.inf, ImageFault.NON_FINITE_FRAME),
+        (slice(3, 4), 0.0, ImageFault.EMPTY_FRAME),
+    ],
+)
+def test_no_image_is_made_of_a_frame_that_is_not_worth_keeping(
+    hands: HandLibrary, channels: slice, value: float, fault: ImageFault
+) -> None:
+    spec = parse_spec(SMALL)
+    with pytest.raises(RenderFailed) as caught:
+        Studio(Spoilt(channels, value), hands).make_sample(spec, Plan.of(spec), 0)
+    assert fault_of(caught.value) is fault
 
 
 def rle(mask: Mask) -> dict[str, Any]:

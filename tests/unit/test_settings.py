@@ -39,6 +39,11 @@ def test_a_lease_must_be_renewable_in_time() -> None:
         Settings(lease_s=60, renew_s=45)
 
 
+def test_a_childs_limits_must_agree() -> None:
+    with pytest.raises(ValueError, match="HI5_CHILD_MEMORY_LIMIT_MB"):
+        Settings(child_memory_mb=4000, child_memory_limit_mb=3000)
+
+
 def test_a_data_folder_may_have_any_name(tmp_path: Path) -> None:
     folder = tmp_path / "50%20 off #1?"
     store = open_store(Settings(data_dir=folder))

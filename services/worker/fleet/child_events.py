@@ -12,7 +12,8 @@ from hi5_common.domain.faults import ImageFault
 class Ready:
     """The child has started and takes up its first image.
 
-    network: "none", or "open: " and why it could not be, or was not to be, refused one.
+    network: "none", or "open: " and why it could not be, or was not to be, refused one; "unknown"
+    of a child that does not say.
     """
 
     network: str
@@ -71,7 +72,7 @@ def parse_event(line: bytes) -> ChildEvent:
 def _event(document: dict[str, Any]) -> ChildEvent:
     match document["event"]:
         case "ready":
-            return Ready(str(document["network"]))
+            return Ready(str(document.get("network", "unknown")))
         case "image":
             return ImageRendered(
                 index=int(document["index"]),

@@ -25,8 +25,8 @@ def attempt_folder(root: Path | None) -> Iterator[Path]:
     with _gate(base):
         _remove_abandoned(base)
         lock = _locked(_lock_path(folder))
-        folder.mkdir(mode=0o700)
     try:
+        folder.mkdir(mode=0o700)  # may fail on a full disk: the lock is given back then too
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)

@@ -1,13 +1,29 @@
+import errno
+
 import numpy as np
 import pytest
 
+from hi5_common.domain.faults import ImageFault
 from hi5_common.domain.spec import Quality
+from services.worker.hand.asset import HandAssetMissing
+from services.worker.hand.cut import HandMeshUnusable
+from services.worker.hand.rest import NailNotFound
+from services.worker.ornaments.section import OrnamentUnfit
 from services.worker.outcome import fault_of
+from services.worker.places.errors import BakeFailed, MissingAsset, NotCommercial
 from services.worker.render.checks import check_frame
-from services.worker.render.errors import BlackFrame, EmptyFrame, NonFiniteFrame, RenderFailed
+from services.worker.render.errors import (
+    BlackFrame,
+    DeviceMissing,
+    EmptyFrame,
+    EngineMissing,
+    NonFiniteFrame,
+    RenderFailed,
+)
 from services.worker.render.port import Frame
 from services.worker.render.rect import PixelRect
 from services.worker.render.settings import QUALITY_SETTINGS, Denoise
+from services.worker.scene.sampling import NoViewFound
 
 
 def _frame(value: float, alpha: float) -> Frame:
@@ -50,3 +66,27 @@ def test_rectangles() -> None:
     assert (rect.width, rect.height, rect.is_empty) == (8, 4, False)
     assert np.zeros((6, 8))[rect.slices].shape == (4, 8)
     assert PixelRect(20, 0, 30, 5).clipped(8, 6).is_empty
+
+
+@pytest.mark.parametrize(
+    ("error", "fault"),
+    [
+        (OSError(errno.ENOSPC, "full"), ImageFault.DISK_FULL),
+        (OSError(errno.EACCES, "no"), ImageFault.BUG),
+        (MemoryError(), ImageFault.OUT_OF_MEMORY),
+        (MissingAsset("a place"), ImageFault.MISSING_ASSET),
+        (RenderFailed("none"), ImageFault.RENDER_FAILED),
+        (NoViewFound("none"), ImageFault.REFUSED_VIEW),
+        (IndexError(7), ImageFault.BUG),
+    ],
+)
+def test_every_error_has_one_meaning(error: BaseException, fault: ImageFault) -> None:
+    assert fault_of(error) is fault
+
+
+def test_every_error_of_the_worker_that_stops_an_image_is_known() -> None:
+    """A new kind of error needs a meaning: BUG is for what nobody foresaw."""
+    foreseen = {EngineMissing, DeviceMissing, BakeFailed, NotCommercial, HandAssetMissing}
+    foreseen |= {HandMeshUnusable, NailNotFound, OrnamentUnfit, *RenderFailed.__subclasses__()}
+    unknown = {kind for kind in foreseen if fault_of(kind("it broke")) is ImageFault.BUG}
+    assert unknown == set()
