@@ -16,15 +16,15 @@ from tests.support.servers import S3Server
 
 pytestmark = [pytest.mark.integration, pytest.mark.slow]
 
-GRACE_S = 90
-"""As in docker-compose.yml."""
+PATIENCE_S = 300
+"""Far beyond the 90 s of docker-compose.yml: a busy machine proves no time."""
 
 
 def stop(fleet: Fleet, worker: "subprocess.Popen[bytes]", times: int = 1) -> None:
     """Send SIGTERM; the worker ends in order, with all its processes and its folder."""
     for _ in range(times):
         worker.send_signal(signal.SIGTERM)
-    assert worker.wait(timeout=GRACE_S) == 0, fleet.log()
+    assert worker.wait(timeout=PATIENCE_S) == 0, fleet.log()
     data_dir = fleet.settings.data_dir
 
     def alone() -> bool:  # billiard's tracker of semaphores ends a moment later
