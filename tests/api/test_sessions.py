@@ -10,7 +10,8 @@ import pytest
 
 from hi5_common.db import browser_tokens, keys
 from hi5_common.db.browser_tokens import TokenKind
-from hi5_common.domain.access import Scope
+from hi5_common.db.keys import Granted
+from hi5_common.domain.access import Quota, Scope
 from tests.api.world import SPEC, World, a_world, bearer, make_key
 
 
@@ -223,7 +224,7 @@ def test_too_many_requests_are_told_how_long_to_wait(tmp_path: Path) -> None:
 
 
 def test_a_quota_names_what_is_left(world: World) -> None:
-    granted = keys.Granted("lab", Scope.WRITE, keys.Quota(images=20, pixels=10**9))
+    granted = Granted("lab", Scope.WRITE, Quota(images=20, pixels=10**9))
     with world.parts.database.transaction() as session:
         headers = bearer(keys.create(session, granted).text)
     assert world.client.post("/v1/datasets", json=dict(SPEC), headers=headers).status_code == 201

@@ -6,6 +6,7 @@ from uuid import UUID
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import Field
 
+from hi5_common.domain.access import Scope
 from hi5_common.domain.strict import MAX_COUNT
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, SKELETON, Attribute
 from hi5_common.fairness.page import body
@@ -55,6 +56,7 @@ def show_dataset(
         request,
         "dataset.html",
         dataset=DatasetView.of(dataset),
+        may_change=access.caller.scope.includes(Scope.WRITE),
         board=shard_board(access, dataset_id),
         balance=found,
         charts=[bar_chart(table) for table in found.attributes if table.attributes[0] in among],
