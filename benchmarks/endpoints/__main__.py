@@ -21,12 +21,10 @@ from importlib.metadata import version
 from pathlib import Path
 from uuid import UUID
 
-import httpx
-
 from benchmarks.endpoints.databases import KINDS, Made
 from benchmarks.endpoints.filling import deliver
 from benchmarks.endpoints.load import TOOLS, Answers
-from benchmarks.endpoints.serving import serving
+from benchmarks.endpoints.serving import Served, serving
 from benchmarks.machine import machine_line
 from hi5_common.db.engine import open_database
 from hi5_common.domain.plan import Plan
@@ -64,11 +62,11 @@ def _measured(kind: str, spec: DatasetSpec, asked: argparse.Namespace) -> int:
     with KINDS[kind]() as made, tempfile.TemporaryDirectory(prefix="hi5-api-") as name:
         dataset_id = _filled(made, spec)
         folder = Path(name)
-        with serving(made.url, folder) as url:
-            targets = _targets(url, dataset_id, spec.count)
+        with serving(made.url, folder) as served:
+            targets = _targets(served, dataset_id, spec.count)
         first_s = {target.name: _first_s(made, folder, target) for target in targets}
-        with serving(made.url, folder) as url:
-            errors = _table(url, targets, first_s, asked)
+        with serving(made.url, folder) as served:
+            errors = _table(served, targets, first_s, asked)
         made.compact()
         size_bytes = made.size_bytes()
         print(
@@ -98,12 +96,12 @@ def _filled(made: Made, spec: DatasetSpec) -> UUID:
     return dataset_id
 
 
-def _targets(url: str, dataset_id: UUID, images: int) -> list[Target]:
+def _targets(served: Served, dataset_id: UUID, images: int) -> list[Target]:
     """Return what is measured; the manifest is walked to learn its pages' addresses."""
     found = []
     address = f"/v1/datasets/{dataset_id}"
     for size in PAGES:
-        pages = _pages(url, f"{address}/manifest?limit={size}")
+        pages = _pages(served, f"{address}/manifest?limit={size}")
         middle, name = pages[len(pages) // 2], f"manifest, {size} shards"
         found += [
             Target(f"{name}, first page", (pages[0],)),
@@ -121,25 +119,25 @@ def _targets(url: str, dataset_id: UUID, images: int) -> list[Target]:
     ]
 
 
-def _pages(url: str, first: str) -> list[str]:
+def _pages(served: Served, first: str) -> list[str]:
     pages: list[str] = []
     following: str | None = first
     while following:
         pages.append(following)
-        following = httpx.get(url + following, timeout=60).raise_for_status().json()["next"]
+        following = served.get(following).json()["next"]
     return pages
 
 
 def _first_s(made: Made, folder: Path, target: Target) -> float:
     """Return the seconds of the first request that a fresh process answers, but for its health."""
-    with serving(made.url, folder) as url:
+    with serving(made.url, folder) as served:
         began = time.perf_counter()
-        httpx.get(url + target.paths[0], timeout=60).raise_for_status()
+        served.get(target.paths[0])
         return time.perf_counter() - began
 
 
 def _table(
-    url: str, targets: Sequence[Target], first_s: dict[str, float], asked: argparse.Namespace
+    served: Served, targets: Sequence[Target], first_s: dict[str, float], asked: argparse.Namespace
 ) -> int:
     """Print a line for each target and number of connections; return how many requests failed."""
     print(f"{'':32}    bytes  first s   at once requests  errors  p50 ms   p90 ms   p99 ms")
@@ -148,11 +146,11 @@ def _table(
         one = len(target.paths) == 1
         paths = target.paths * asked.requests if one else target.paths
         ask = TOOLS[asked.tool] if one else TOOLS["httpx"]
-        size = len(httpx.get(url + target.paths[0], timeout=60).content)
+        size = len(served.get(target.paths[0]).content)
         head = f"{target.name:32} {size:8,} {first_s[target.name]:8.3f}"
         for concurrency in asked.concurrency:
-            TOOLS["httpx"](url, paths[:WARM], concurrency)
-            answers = ask(url, paths, concurrency)
+            TOOLS["httpx"](served, paths[:WARM], concurrency)
+            answers = ask(served, paths, concurrency)
             print(f"{head}  {concurrency:8} {_figures(answers)}", flush=True)
             errors += answers.errors
             head = " " * len(head)

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import httpx
 import numpy as np
 
+from benchmarks.endpoints.serving import Served
+
 TIMEOUT_S = 120
 
 
@@ -30,12 +32,12 @@ class Answers:
         return 1e3 * float(np.percentile(self.seconds, percent)) if self.seconds else float("nan")
 
 
-def by_httpx(base_url: str, paths: Sequence[str], concurrency: int) -> Answers:
+def by_httpx(served: Served, paths: Sequence[str], concurrency: int) -> Answers:
     """Ask for every path once, in order."""
-    return asyncio.run(_ask(base_url, paths, concurrency))
+    return asyncio.run(_ask(served, paths, concurrency))
 
 
-def by_hey(base_url: str, paths: Sequence[str], concurrency: int) -> Answers:
+def by_hey(served: Served, paths: Sequence[str], concurrency: int) -> Answers:
     """Ask for the one path that `paths` repeats. Raises SystemExit without hey."""
     (path,) = set(paths)
     hey = shutil.which("hey")
@@ -44,19 +46,20 @@ def by_hey(base_url: str, paths: Sequence[str], concurrency: int) -> Answers:
     # hey asks as often on every connection: a number that divides.
     requests = len(paths) // concurrency * concurrency
     command = [hey, f"-n={requests}", f"-c={concurrency}", f"-t={TIMEOUT_S}", "-o=csv"]
-    done = subprocess.run([*command, base_url + path], check=True, capture_output=True, text=True)
+    command += ["-H", f"Authorization: Bearer {served.key}"]
+    done = subprocess.run([*command, served.url + path], check=True, capture_output=True, text=True)
     rows = list(csv.DictReader(io.StringIO(done.stdout)))
     good = [float(row["response-time"]) for row in rows if row["status-code"] == "200"]
     return Answers(tuple(good), requests - len(good))
 
 
-TOOLS: dict[str, Callable[[str, Sequence[str], int], Answers]] = {
+TOOLS: dict[str, Callable[[Served, Sequence[str], int], Answers]] = {
     "httpx": by_httpx,
     "hey": by_hey,
 }
 
 
-async def _ask(base_url: str, paths: Sequence[str], concurrency: int) -> Answers:
+async def _ask(served: Served, paths: Sequence[str], concurrency: int) -> Answers:
     waiting, seconds, errors = iter(paths), list[float](), 0
     limits = httpx.Limits(max_connections=concurrency, max_keepalive_connections=concurrency)
 
@@ -72,7 +75,9 @@ async def _ask(base_url: str, paths: Sequence[str], concurrency: int) -> Answers
                 errors += 1
 
     async with (
-        httpx.AsyncClient(base_url=base_url, limits=limits, timeout=TIMEOUT_S) as client,
+        httpx.AsyncClient(
+            base_url=served.url, headers=served.headers, limits=limits, timeout=TIMEOUT_S
+        ) as client,
         asyncio.TaskGroup() as connections,
     ):
         for _ in range(concurrency):

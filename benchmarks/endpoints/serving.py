@@ -4,6 +4,7 @@ import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import httpx
@@ -11,14 +12,35 @@ import httpx
 from hi5_common.cli.stack.child import Child
 from hi5_common.cli.stack.ports import free_port
 from hi5_common.cli.stack.processes import StackOptions, service_commands
+from hi5_common.db import keys
+from hi5_common.db.engine import open_database
+from hi5_common.db.keys import Granted
+from hi5_common.domain.access import LOCAL_OWNER, Scope
 from hi5_common.settings import RendererName
 
 PATIENCE_S = 60.0
 
 
+@dataclass(frozen=True)
+class Served:
+    """Its address, and a key to read with."""
+
+    url: str
+    key: str
+
+    @property
+    def headers(self) -> dict[str, str]:
+        return {"Authorization": f"Bearer {self.key}"}
+
+    def get(self, path: str) -> httpx.Response:
+        """Return a good answer. Raises httpx.HTTPStatusError for another."""
+        answer = httpx.get(self.url + path, headers=self.headers, timeout=60)
+        return answer.raise_for_status()
+
+
 @contextmanager
-def serving(database_url: str, folder: Path) -> Iterator[str]:
-    """Start it on a database; yield its address once it lives; end it at the end."""
+def serving(database_url: str, folder: Path) -> Iterator[Served]:
+    """Start it on a database; yield it once it lives; end it at the end."""
     options = StackOptions(folder, workers=1, port=free_port(), renderer=RendererName.FAKE)
     api = service_commands(options)[0]
     environment = {
@@ -26,14 +48,23 @@ def serving(database_url: str, folder: Path) -> Iterator[str]:
         "HI5_DATA_DIR": str(folder),
         "HI5_DATABASE_URL": database_url,
         "HI5_STORE_URL": (folder / "store").as_uri(),
+        "HI5_API_RATE": "100000/second",
     }
     child = Child.start(api, folder / "api.log", environment)
     try:
         _wait(child, options.url)
-        yield options.url
+        yield Served(options.url, _key(database_url))
     finally:
         child.ask_to_end()
         child.process.wait(PATIENCE_S)
+
+
+def _key(database_url: str) -> str:
+    database = open_database(database_url)
+    with database.transaction() as session:
+        made = keys.create(session, Granted(LOCAL_OWNER, Scope.READ))
+    database.dispose()
+    return made.text
 
 
 def _wait(child: Child, url: str) -> None:

@@ -71,6 +71,7 @@ def create(
     first. The owner's same key with the same spec returns the dataset it made before. Raises
     IdempotencyConflict if the key belongs to another spec, QuotaExceeded.
     """
+    quotas.take_turn(session, holding)
     earlier = _of_key(session, holding.owner, idempotency_key)
     if earlier is not None:
         return _same_again(session, earlier, spec, idempotency_key)

@@ -45,15 +45,21 @@ def used(session: Session, owner: str) -> Cost:
     return Cost(*(round(number) for number in found))
 
 
-def require_room(session: Session, holding: Holding, cost: Cost) -> None:
-    """Check that a new dataset fits, in the transaction that makes it. Raises QuotaExceeded.
+def take_turn(session: Session, holding: Holding) -> None:
+    """Wait for the owner's other submissions that have a quota, and let those wait for this one.
 
-    Who has a quota waits for the owner's other submissions that have one: together, they fit too.
+    The first act of a transaction that asks for room later: what it reads then is what they made.
     """
     if not holding.quota.is_limited:
         return
     mine = select(ApiKeyRow.id).where(ApiKeyRow.owner == holding.owner).order_by(ApiKeyRow.id)
     session.execute(mine.with_for_update(key_share=True))
+
+
+def require_room(session: Session, holding: Holding, cost: Cost) -> None:
+    """Check that a new dataset fits, in the transaction that makes it. Raises QuotaExceeded."""
+    if not holding.quota.is_limited:
+        return
     present = used(session, holding.owner)
     problems = [
         problem

@@ -81,9 +81,12 @@ def test_the_card_of_a_download_is_read_by_croissants_own_library(
 
 def test_pictures_are_read_by_address(stack: Machine, dataset_id: str, tmp_path: Path) -> None:
     address = f"{stack.url}/v1/datasets/{dataset_id}/croissant"
+    netrc = tmp_path / "netrc"
+    netrc.write_text(f"machine 127.0.0.1 login hi5 password {stack.key}\n")
     read = subprocess.run(
         [sys.executable, "-c", READ_BY_ADDRESS, address],
-        env={**os.environ, "CROISSANT_CACHE": str(tmp_path)},  # a process reads it once
+        # The cache is read once by a process.
+        env={**os.environ, "CROISSANT_CACHE": str(tmp_path), "NETRC": str(netrc)},
         check=True,
         capture_output=True,
         text=True,

@@ -315,6 +315,18 @@ def test_a_header_that_is_not_quite_right_lets_nobody_in(callers: Callers, heade
     assert answer.json()["problems"][0]["value"] == "(not shown)"
 
 
+def test_programs_that_know_only_passwords_may_read(callers: Callers) -> None:
+    def ask(method: str, name: str) -> int:
+        password = ("anybody", callers.by_name[name])
+        address = "/v1/datasets" if method == "GET" else f"/v1/datasets/{callers.sought}/retry"
+        return callers.plain.request(method, address, auth=password).status_code
+
+    assert (ask("GET", "owner"), ask("GET", "revoked"), ask("POST", "owner")) == (200, 401, 401)
+    for broken in ("Basic", "Basic ====", "Basic /w=="):
+        answer = callers.plain.get("/v1/datasets", headers={"Authorization": broken})
+        assert answer.status_code == 401
+
+
 def test_openapi_says_that_a_key_is_needed(callers: Callers) -> None:
     document = json.loads(httpx.get(callers.world.client.base_url.join("/openapi.json")).text)
     assert document["components"]["securitySchemes"]["key"]["scheme"] == "bearer"

@@ -5,8 +5,9 @@ from uuid import UUID
 
 import pytest
 
+from hi5_common.domain.access import Scope
 from hi5_common.domain.vocabulary import VALUES, Attribute
-from tests.api.world import World
+from tests.api.world import World, bearer, make_key
 
 
 def page(world: World, dataset_id: UUID, query: str = "") -> str:
@@ -79,10 +80,17 @@ def test_a_failure_shows_its_reason_escaped_and_a_retry(world: World) -> None:
     assert f'data-post="/v1/datasets/{dataset_id}/cancel"' in html
 
 
+def test_who_may_only_read_is_offered_no_change(world: World) -> None:
+    dataset_id = world.submit()
+    assert 'data-post="/v1' in page(world, dataset_id)
+    reader = bearer(make_key(world.parts, scope=Scope.READ))
+    assert 'data-post="/v1' not in world.client.get(f"/datasets/{dataset_id}", headers=reader).text
+
+
 def test_a_complete_dataset_offers_neither_cancel_nor_retry(world: World) -> None:
     dataset_id = world.submit(count=4)
     world.deliver()
-    assert "data-post" not in page(world, dataset_id)
+    assert 'data-post="/v1' not in page(world, dataset_id)
 
 
 def test_gaps_are_told_and_no_picture_is_asked_for_where_there_is_none(world: World) -> None:
@@ -92,7 +100,7 @@ def test_gaps_are_told_and_no_picture_is_asked_for_where_there_is_none(world: Wo
     assert shown_images(html) == [0, 1, 3]
     assert "complete with gaps" in html
     assert "1 could not be made" in html
-    assert "data-post" not in html
+    assert 'data-post="/v1' not in html
 
 
 def test_gaps_are_told_while_a_dataset_runs(world: World) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from hi5_common.db import browser_tokens, keys
 from hi5_common.db.browser_tokens import TokenKind
+from hi5_common.db.keys import Granted
 from hi5_common.domain.access import Quota, Scope
 from tests.api.world import SPEC, World, a_world, bearer, make_key
 
@@ -149,6 +150,23 @@ def test_only_our_own_pages_change_things_by_cookie(
         assert client.get(place).json()["status"] == ("cancelled" if status == 202 else "pending")
 
 
+@pytest.mark.parametrize(
+    "strange", ["http://[", "http://", "", "null, null", "file://", "x" * 9000]
+)
+def test_a_strange_origin_is_foreign(shared_world: World, strange: str) -> None:
+    with browser(shared_world, Origin=strange) as client:
+        assert client.post("/login", data={"key": "x"}).status_code == 403
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1:99999", "[::1]:1", "localhost", "127.0.0.1:00080"])
+def test_a_strange_port_is_no_fault(shared_world: World, host: str) -> None:
+    with browser(shared_world, Host=host) as client:
+        assert client.get("/").status_code == 303
+        assert client.get("/v1/datasets").status_code == 401
+        assert client.get("/?token=x").status_code == 303
+        assert client.post("/logout", headers={"Origin": f"http://{host}"}).status_code == 204
+
+
 def test_another_sites_form_signs_nobody_in_or_out(shared_world: World) -> None:
     key = shared_world.client.headers["authorization"][7:]
     with browser(shared_world) as client:
@@ -223,7 +241,7 @@ def test_too_many_requests_are_told_how_long_to_wait(tmp_path: Path) -> None:
 
 
 def test_a_quota_names_what_is_left(world: World) -> None:
-    granted = keys.Granted("lab", Scope.WRITE, Quota(images=20, pixels=10**9))
+    granted = Granted("lab", Scope.WRITE, Quota(images=20, pixels=10**9))
     with world.parts.database.transaction() as session:
         headers = bearer(keys.create(session, granted).text)
     assert world.client.post("/v1/datasets", json=dict(SPEC), headers=headers).status_code == 201

@@ -47,6 +47,7 @@ from tests.unit.export import factories
 
 OWNER = "test-worker"
 LEASE_S = 60.0
+PATIENCE_S = 120.0
 ANY_RATE = "1000000/second"
 SPEC: Mapping[str, Any] = {
     "name": "test",
@@ -206,7 +207,10 @@ def a_world(folder: Path, **api: float | str) -> Iterator[World]:
             parts, ApiSettings().model_copy(update={"rate": ANY_RATE, "key_cache_s": 0, **api})
         )
         key = make_key(parts)
-        with serving(app) as url, httpx.Client(base_url=url, headers=bearer(key)) as client:
+        with (
+            serving(app) as url,
+            httpx.Client(base_url=url, headers=bearer(key), timeout=PATIENCE_S) as client,
+        ):
             yield World(parts, doorbell, store, client, app)
     finally:
         database.dispose()

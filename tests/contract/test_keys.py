@@ -170,6 +170,19 @@ def test_two_submissions_at_once_do_not_overrun_a_quota(database: Database) -> N
         assert quotas.used(session, "lab").images == 8
 
 
+def test_a_submission_sent_twice_at_once_needs_room_once(database: Database) -> None:
+    holding, together = Holding("lab", make(database, images=4).key.quota), Barrier(4)
+
+    def submit(_: int) -> bool:
+        together.wait()
+        spec, cut = factories.spec(4, 2), factories.Cut(4, 2)
+        with database.transaction() as session:
+            return datasets.create(session, spec, cut, holding=holding, idempotency_key="k").created
+
+    with ThreadPoolExecutor(4) as pool:
+        assert sorted(pool.map(submit, range(4))) == [False, False, False, True]
+
+
 def test_a_quota_counts_what_is_live_and_what_a_cancelled_dataset_delivered(
     database: Database,
 ) -> None:

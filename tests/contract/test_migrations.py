@@ -10,9 +10,11 @@ from alembic.runtime.migration import MigrationContext
 from sqlalchemy import inspect, text
 
 from benchmarks.endpoints.filling import GAP_EVERY, deliver
-from hi5_common.db import datasets, deliveries, errors, migrate, planned, shards
+from hi5_common.db import datasets, deliveries, errors, migrate, planned, quotas, shards
 from hi5_common.db.engine import make_write_ahead, open_database
+from hi5_common.db.quotas import LOCAL_HOLDING, Holding
 from hi5_common.db.tables import Base, ShardRow
+from hi5_common.domain.cost import Cost
 from hi5_common.domain.plan import Plan
 from hi5_common.domain.records import Tallies
 from hi5_common.domain.tallies import tally
@@ -113,6 +115,25 @@ def test_pairs_leave_the_shards_for_the_sum_and_come_back(database_url: str) -> 
     migrate.upgrade(database_url)
     assert delivered() == before
     assert pairs() == [{}] * GAP_EVERY
+    database.dispose()
+
+
+def test_what_is_there_gets_an_owner_and_keeps_its_idempotency_key(database_url: str) -> None:
+    migrate.upgrade(database_url)
+    database = open_database(database_url)
+    spec, cut = factories.spec(), factories.Cut(6, 2)
+    with database.transaction() as session:
+        for holding in (LOCAL_HOLDING, Holding("lab")):
+            datasets.create(session, spec, cut, holding=holding, idempotency_key="monday")
+    migrate.downgrade(database_url, "0007")
+    with database.engine.connect() as connection:
+        stored = connection.execute(text("SELECT idempotency_key FROM dataset")).scalars().all()
+    assert sorted(stored, key=str) == [None, "monday"]
+    migrate.upgrade(database_url)
+    with database.transaction() as session:
+        assert len(datasets.page(session, 10, owner="local")) == 2
+        assert quotas.used(session, "local") == Cost(12, 12 * 64 * 48, 3 * 12 * 64 * 48)
+        assert not datasets.create(session, spec, cut, idempotency_key="monday").created
     database.dispose()
 
 

@@ -12,7 +12,7 @@ from sqlalchemy.engine import make_url
 
 from hi5_common.settings import Settings
 from tests.support.api_process import uvicorn_of
-from tests.support.fleet import QUIET, WORKER, descendants, environment, kill, wait_until
+from tests.support.fleet import APP, QUIET, descendants, environment, kill, wait_until
 from tests.support.servers import S3Server, free_ports
 
 pytestmark = [pytest.mark.integration, pytest.mark.slow]
@@ -113,7 +113,7 @@ def words_of_a_command(settings: Settings, *arguments: str) -> str:
 def test_no_secret_is_told_whatever_fails(settings: Settings) -> None:
     said = {
         "keeper": words_of(settings, "keeper", ("services.worker.keeper",)),
-        "worker": words_of(settings, "worker", (*WORKER, *QUIET)),
+        "worker": words_of(settings, "worker", ("celery", "-A", APP, "worker", *QUIET)),
         "doctor": words_of_a_command(settings, "doctor"),
         "migrate": words_of_a_command(settings, "migrate"),
         "api": "\n".join(words_of_the_service(settings)),

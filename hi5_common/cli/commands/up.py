@@ -26,7 +26,7 @@ def up(
 ) -> None:
     """Run API, keeper, workers, broker, database and store here until Ctrl-C."""
     folder = (data_dir or Settings().data_dir).resolve()
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)  # rows, pictures and logs are the user's
     options = StackOptions(folder, workers or _default_workers(), require_free(port), renderer)
     stack.run(options, _tell, lambda link: _greet(options, link))
     console.err.print("stopped")

@@ -28,6 +28,7 @@ def running_stack(data_dir: Path, *, workers: int, renderer: RendererName) -> It
     logs.mkdir(parents=True, exist_ok=True)
     log = logs / "up.log"
     log.unlink(missing_ok=True)
+    log.touch(mode=0o600)  # the link to sign in with is printed there
     arguments = python_module(
         "hi5_common.cli",
         "up",

@@ -5,6 +5,7 @@ people: who is not signed in is led to where they can be. A route without a door
 app is put together, unless it is in OPEN.
 """
 
+import base64
 from collections.abc import Callable, Iterable
 from typing import Annotated
 
@@ -140,7 +141,7 @@ def _caller(request: Request, gate: Gate, bearer: HTTPAuthorizationCredentials |
         if bearer is not None:
             return gate.by_key(bearer.credentials)
         if "authorization" in request.headers:
-            raise KeyRefused("The header is not: Bearer, a space, and a key.")
+            return gate.by_key(_basic_password(request))
         if cookie is None:
             raise KeyRefused("No key was sent.")
         caller = gate.by_session(cookie)
@@ -149,6 +150,19 @@ def _caller(request: Request, gate: Gate, bearer: HTTPAuthorizationCredentials |
     if request.method not in SAFE_METHODS:
         require_own_page(request)
     return caller
+
+
+def _basic_password(request: Request) -> str:
+    """Return the password of Basic credentials: many programs can send no other. To read only, as
+    browsers keep such credentials and send them with what any page asks for.
+    """
+    scheme, _, encoded = request.headers["authorization"].partition(" ")
+    if scheme.lower() != "basic" or request.method not in SAFE_METHODS:
+        raise KeyRefused("The header is not: Bearer, a space, and a key.")
+    try:
+        return base64.b64decode(encoded, validate=True).decode().partition(":")[2]
+    except ValueError as error:
+        raise KeyRefused("The header is not Basic, a space, and base64 of name:key.") from error
 
 
 def _unknown(reason: str) -> ApiError:

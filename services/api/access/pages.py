@@ -1,6 +1,6 @@
 """What browsers bring and need: cookies, the page that asks, where to go on."""
 
-from urllib.parse import urlencode, urlsplit
+from urllib.parse import urlencode
 
 from fastapi import Request
 from starlette.responses import RedirectResponse, Response
@@ -29,7 +29,8 @@ class SeeOther(Hi5Error):
 
 def cookie_name(request: Request) -> str:
     """Return the session cookie's name: browsers keep cookies by host, whatever the port."""
-    return f"hi5_session_{request.url.port or 'web'}"
+    port = request.headers.get("host", "").rpartition(":")[2]
+    return f"hi5_session_{port if port.isdecimal() else 'web'}"
 
 
 def session_cookie(request: Request, settings: ApiSettings, token: str) -> str:
@@ -70,13 +71,13 @@ def require_own_page(request: Request) -> None:
     A browser sends Origin or Sec-Fetch-Site with every change; who sends neither shows a key.
     Raises ApiError 403.
     """
-    origin = request.headers.get("origin")
+    origin = request.headers.get("origin", "null")  # browsers send null where they hide it
     site = request.headers.get("sec-fetch-site")
     host = request.headers.get("host", "")
-    by_origin = origin not in {None, "null"} and urlsplit(origin).netloc == host
-    foreign = origin not in {None, "null"} and not by_origin
-    if not foreign and site in {None, "same-origin"} and (by_origin or site == "same-origin"):
+    by_origin = origin in {f"http://{host}", f"https://{host}"}
+    by_site = site == "same-origin" and origin == "null"
+    if site in {None, "same-origin"} and (by_origin or by_site):
         return
     remedy = "Use hi5's own pages, or send a key: Authorization: Bearer hi5_…"
-    problem = Problem("Origin", origin or site, remedy)
+    problem = Problem("Origin", origin, remedy)
     raise ApiError(403, "cross-site", "Another site's page asked", [problem])

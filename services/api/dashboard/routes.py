@@ -7,6 +7,7 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic import Field
 
 from hi5_common.db import workers
+from hi5_common.domain.access import Scope
 from hi5_common.domain.strict import MAX_COUNT
 from hi5_common.domain.vocabulary import ALWAYS_BALANCED, SKELETON, Attribute
 from hi5_common.domain.workers import Worker
@@ -71,6 +72,7 @@ def show_dataset(
         request,
         "dataset.html",
         dataset=DatasetView.of(dataset),
+        may_change=access.caller.scope.includes(Scope.WRITE),
         board=shard_board(access, dataset_id),
         failures=newest(access, dataset_id, FAILURES_SHOWN),
         balance=found,

@@ -54,7 +54,7 @@ def page(*shards: dict[str, Any], following: object = None, **changes: Any) -> d
 
 
 def saying(answer: Callable[[httpx.Request], httpx.Response]) -> Service:
-    return Service("http://service", httpx.MockTransport(answer))
+    return Service("http://service", None, httpx.MockTransport(answer))
 
 
 def always(document: object) -> Service:

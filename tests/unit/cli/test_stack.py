@@ -140,7 +140,9 @@ def test_workers_share_the_cores_and_stop_first(tmp_path: Path) -> None:
     ]
     ranks = {command.name: command.stop_rank for command in commands}
     assert ranks["worker-1"] < ranks["keeper"] < ranks["api"] < valkey.STOP_RANK
-    variables = environment(options, "redis://x", {"PATH": "/bin"})
+    base = {"PATH": "/bin", "HI5_API_KEY": "hi5_x", "HI5_ADMIN_KEY_FILE": "/key"}
+    variables = environment(options, "redis://x", base)
+    assert variables.keys() & base.keys() == {"PATH"}
     assert int(variables["HI5_RENDER_THREADS"]) >= 1
     assert variables["HI5_STORE_URL"] == f"file://{tmp_path}/store"
     assert variables["HI5_RENDERER"] == "fake"
