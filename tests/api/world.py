@@ -187,7 +187,7 @@ def a_world(folder: Path, **api: int) -> Iterator[World]:
     parts = Parts.of(settings, database, store, doorbell)
     try:
         app = assemble(parts, ApiSettings().model_copy(update=api))
-        with serving(app) as url, httpx.Client(base_url=url) as client:
+        with serving(app) as url, httpx.Client(base_url=url, timeout=60) as client:
             yield World(parts, doorbell, store, client)
     finally:
         database.dispose()
