@@ -55,7 +55,10 @@ def survey(database: Database, store: ObjectStore) -> World:
     """Read every row and every object there is."""
     with database.snapshot() as session:
         rows = session.execute(select(DatasetRow.id, DatasetRow.idempotency_key)).all()
-        found = [(datasets.get(session, row.id), row.idempotency_key) for row in rows]
+        # Stored as owner/key.
+        found = [
+            (datasets.get(session, row.id), row.idempotency_key.partition("/")[2]) for row in rows
+        ]
         facts = tuple(
             DatasetFacts(each.id, key, each.spec.seed, each.spec.count, each.images_done)
             for each, key in found

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 MAX_FAILURES = 5
+MAX_STORE_FAILURES = 50
+"""A store that is away is no fault of the shard's: some four hours may pass until it is back."""
 FIRST_DELAY_S = 5.0
 LONGEST_DELAY_S = 300.0
 
@@ -43,7 +45,8 @@ def decide(kind: FailureKind, failures: int) -> RetryLater | GiveUp:
 
     A first lost lease is retried at once: most often a machine went away, not the work.
     """
-    if kind in PERMANENT or failures >= MAX_FAILURES:
+    most = MAX_STORE_FAILURES if kind is FailureKind.STORE else MAX_FAILURES
+    if kind in PERMANENT or failures >= most:
         return GiveUp()
     if kind is FailureKind.LEASE_EXPIRED and failures == 1:
         return RetryLater(0.0)

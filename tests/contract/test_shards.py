@@ -173,11 +173,11 @@ def test_attempts_are_bounded(database: Database) -> None:
     for attempt in range(1, retry.MAX_FAILURES + 1):
         shard = shard if attempt == 1 else claimed(database)
         with database.transaction() as session:
-            shards.fail(session, shard.id, shard.attempt, "w", FailureKind.STORE, "away")
+            shards.fail(session, shard.id, shard.attempt, "w", FailureKind.WORKER, "no GPU")
         make_due(database, shard)
     assert shard.attempt == retry.MAX_FAILURES
     assert seen(database, shard).status is ShardStatus.FAILED
-    assert seen(database, shard).failure_reason == "store: away"
+    assert seen(database, shard).failure_reason == "worker: no GPU"
     assert kinds(database, shard)[-2:] == ["claim", "fail"]
 
 

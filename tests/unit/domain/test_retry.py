@@ -3,6 +3,7 @@ import pytest
 from hi5_common.domain.retry import (
     LONGEST_DELAY_S,
     MAX_FAILURES,
+    MAX_STORE_FAILURES,
     FailureKind,
     GiveUp,
     RetryLater,
@@ -11,7 +12,7 @@ from hi5_common.domain.retry import (
 
 
 def test_delays_double_up_to_a_bound() -> None:
-    delays = [decide(FailureKind.STORE, failures) for failures in range(1, MAX_FAILURES)]
+    delays = [decide(FailureKind.WORKER, failures) for failures in range(1, MAX_FAILURES)]
     assert delays == [RetryLater(5), RetryLater(10), RetryLater(20), RetryLater(40)]
     assert all(
         delay.delay_s <= LONGEST_DELAY_S for delay in delays if isinstance(delay, RetryLater)
@@ -20,7 +21,19 @@ def test_delays_double_up_to_a_bound() -> None:
 
 @pytest.mark.parametrize("kind", list(FailureKind))
 def test_every_kind_of_failure_ends(kind: FailureKind) -> None:
+    assert decide(kind, MAX_STORE_FAILURES) == GiveUp()
+
+
+@pytest.mark.parametrize("kind", sorted(set(FailureKind) - {FailureKind.STORE}))
+def test_all_but_a_store_that_is_away_end_soon(kind: FailureKind) -> None:
     assert decide(kind, MAX_FAILURES) == GiveUp()
+
+
+def test_a_store_may_be_away_for_hours() -> None:
+    delays = [decide(FailureKind.STORE, n) for n in range(1, MAX_STORE_FAILURES)]
+    waits = [each.delay_s for each in delays if isinstance(each, RetryLater)]
+    assert len(waits) == len(delays)
+    assert 3 * 3600 < sum(waits) < 6 * 3600
 
 
 def test_a_lost_machine_costs_no_time_the_first_time() -> None:
