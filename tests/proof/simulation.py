@@ -51,7 +51,7 @@ CALM_S = 150.0
 """From here on nothing fails."""
 END_S = 3000.0
 """By then everything is settled, or it never is."""
-CHANCE = 0.06
+CHANCE = 0.08
 SETTINGS = {
     "lease_s": 60,
     "renew_s": 15,
