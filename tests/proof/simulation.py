@@ -377,6 +377,7 @@ def main(arguments: list[str]) -> int:
             if violations:
                 found += 1
                 sys.stdout.write(f"seed {seed}: {violations}\n")
+                sys.stdout.flush()
     sys.stdout.write(f"{count} seeds, {struck.total()} faults at {len(struck)} points, ")
     sys.stdout.write(f"{found} seeds with violations\n")
     return 1 if found else 0
