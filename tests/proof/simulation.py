@@ -51,7 +51,7 @@ CALM_S = 150.0
 """From here on nothing fails."""
 END_S = 3000.0
 """By then everything is settled, or it never is."""
-CHANCE = 0.06
+CHANCE = 0.08
 SETTINGS = {
     "lease_s": 60,
     "renew_s": 15,
@@ -377,6 +377,7 @@ def main(arguments: list[str]) -> int:
             if violations:
                 found += 1
                 sys.stdout.write(f"seed {seed}: {violations}\n")
+                sys.stdout.flush()
     sys.stdout.write(f"{count} seeds, {struck.total()} faults at {len(struck)} points, ")
     sys.stdout.write(f"{found} seeds with violations\n")
     return 1 if found else 0

@@ -143,7 +143,8 @@ class SimulatedStore:
     def put(self, key: str, source: Path | bytes, sha256: str, heed: Heed = unheeding) -> None:
         data = source if isinstance(source, bytes) else source.read_bytes()
         assert digest(data) == sha256
-        faults = (Fault.FAIL, Fault.UNHEARD, Fault.LATE, Fault.CUT)
+        # Most often the fault that only reading back can find.
+        faults = (Fault.FAIL, Fault.UNHEARD, Fault.LATE, Fault.CUT, Fault.CUT, Fault.CUT)
         fault = self.points.reach("put.before", *faults)
         self.points.scheduler.sleep(self.points.rng.uniform(0.01, 5.0))
         heed()
