@@ -143,7 +143,7 @@ class Thread:
     def join(self) -> None:
         # A thread of a killed process waits for nobody.
         while self.task is not None and not self.task.done and self.task.process.alive:
-            self.scheduler.sleep(0.0)
+            self.scheduler.sleep(0.01)  # no less: time has to pass for what the other waits for
 
 
 @dataclass(frozen=True)
