@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hi5_common.domain.errors import PermanentError
+from hi5_common.domain.errors import PermanentError, TransientError
 from services.worker.fleet.attempt_errors import AttemptFailed, DrainRequested
 
 log = logging.getLogger(__name__)
@@ -29,8 +29,8 @@ class CanaryDied(PermanentError):
 class Admission:
     """Says whether this worker may claim. folder: what the processes of one worker share.
 
-    fly renders and judges; it raises CanaryDied, AttemptFailed or OSError if the machine is unfit,
-    and DrainRequested if the worker is told to stop meanwhile.
+    fly renders and judges; it raises CanaryDied, AttemptFailed, TransientError (of a store that is
+    unfit) or OSError if this worker may not claim, and DrainRequested if the worker is told to stop meanwhile.
     """
 
     folder: Path
@@ -62,7 +62,7 @@ class Admission:
             self.fly()
         except DrainRequested:
             return False
-        except (AttemptFailed, CanaryDied, OSError) as error:
+        except (AttemptFailed, CanaryDied, TransientError, OSError) as error:
             self._refuse(str(error))
             return False
         self._passed.touch()

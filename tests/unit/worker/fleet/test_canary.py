@@ -13,10 +13,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from hi5_common.settings import RendererName
+from hi5_common.settings import RendererName, Settings
 from services.worker.fleet import canary
 from services.worker.fleet.admission import Admission, CanaryDied, refusal
 from services.worker.fleet.attempt_errors import AttemptFailed, DrainRequested
+from services.worker.fleet.opening import _trial
 from tests.support import runners
 
 Pixels = npt.NDArray[np.uint8]
@@ -158,6 +159,16 @@ def test_a_failed_canary_is_told_and_tried_again_after_a_pause_that_grows(
     assert len(flights) == 6
     assert Admission(tmp_path / "worker", fly)()  # another process of the same worker
     assert len(flights) == 6
+
+
+def test_a_worker_that_cannot_write_to_its_store_claims_nothing(tmp_path: Path) -> None:
+    (tmp_path / "store").write_text("a file where the folder should be")
+    here = Settings.model_validate({"data_dir": tmp_path, "renderer": "fake"})
+    admitted = Admission(tmp_path / "worker", lambda: _trial(here, lambda: False))
+    assert not admitted()
+    told = refusal(tmp_path / "worker")
+    assert told is not None
+    assert "put: " in told
 
 
 def test_two_processes_of_a_worker_send_one_canary(tmp_path: Path) -> None:
