@@ -30,7 +30,7 @@ class Admission:
     """Says whether this worker may claim. folder: what the processes of one worker share.
 
     fly renders and judges; it raises CanaryDied, AttemptFailed, TransientError (of a store that is
-    unfit) or OSError if this worker may not claim, and DrainRequested if the worker is told to stop meanwhile.
+    unfit) or OSError if this worker may not claim, and DrainRequested if it is told to stop.
     """
 
     folder: Path
