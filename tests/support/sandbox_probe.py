@@ -21,6 +21,7 @@ def main() -> int:
             "memory": _takes(int(memory_bytes)),
             "writes": _writes(out, int(out_bytes) + 1),
             "nets": interfaces,
+            "bytecode": not sys.dont_write_bytecode,
         }
     except OSError as error:
         found = {"error": str(error)}

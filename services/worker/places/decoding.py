@@ -39,7 +39,10 @@ def confine(memory_bytes: int, out_bytes: int) -> None:
     """Bound this process's memory, processor seconds, files; and cut it off from the network.
 
     Namespaces need a right that not every machine grants: the other bounds hold everywhere.
+    Modules imported from here on leave no bytecode: a file cut off by the bound would stay, and
+    break every Python that reads it.
     """
+    sys.dont_write_bytecode = True
     for limit, most in (
         (resource.RLIMIT_AS, memory_bytes),
         (resource.RLIMIT_CPU, CPU_S),

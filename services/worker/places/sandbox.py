@@ -38,7 +38,7 @@ def decoded(path: Path, size: PictureSize, scratch: Path) -> F4:
     with said.open("wb") as stderr:
         try:
             done = subprocess.run(
-                [sys.executable, "-s", "-m", _MODULE, *arguments],
+                [sys.executable, "-B", "-s", "-m", _MODULE, *arguments],
                 env=_environment(scratch),
                 cwd=scratch,
                 stdin=subprocess.DEVNULL,
