@@ -64,8 +64,8 @@ def test_ten_times_the_shards_take_no_more_work(
     few, many = (asked(shared_world, path.format(dataset_id)) for dataset_id in pairs[state])
     assert few.instructions > 20
     assert many.statements == few.statements
-    # Not a hundred instructions more: 720 shards would take thousands even to be counted.
-    assert abs(many.instructions - few.instructions) < 100
+    # Not three hundred instructions more: 720 shards would take thousands even to be counted.
+    assert abs(many.instructions - few.instructions) < 300
 
 
 def submitted(world: World, shards: int) -> UUID:

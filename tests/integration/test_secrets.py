@@ -1,5 +1,6 @@
 """Passwords in settings, and everything going wrong: no log, output or answer tells them."""
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from uuid import uuid4
 import pytest
 from sqlalchemy.engine import make_url
 
+from hi5_common.domain.api_key import ID_BYTES, SECRET_BYTES, key_text
 from hi5_common.settings import Settings
 from tests.support.api_process import uvicorn_of
 from tests.support.fleet import APP, QUIET, descendants, environment, kill, wait_until
@@ -17,6 +19,7 @@ from tests.support.servers import S3Server, free_ports
 
 pytestmark = [pytest.mark.integration, pytest.mark.slow]
 
+KEY = key_text(os.urandom(ID_BYTES + SECRET_BYTES))
 SECRETS = {name: f"{name}-pw/{uuid4().hex}" for name in ("database", "broker", "store")}
 COMPLAINTS = ("failed", "Cannot connect", "not ready", "rror")
 
@@ -60,7 +63,7 @@ def settings(request: pytest.FixtureRequest, tmp_path: Path) -> Settings:
 
 def words_of_the_service(settings: Settings) -> Iterator[str]:
     """Yield what the API answers, and its log."""
-    with uvicorn_of(settings, {"HI5_LOG_FORMAT": "json"}) as api:
+    with uvicorn_of(settings, {"HI5_LOG_FORMAT": "json"}, KEY) as api:
         with api.client(120) as client:
             answers = [
                 client.get("/readyz"),
@@ -121,6 +124,7 @@ def test_no_secret_is_told_whatever_fails(settings: Settings) -> None:
     }
     for who, text in said.items():
         assert len(text) > 40, who
+        assert KEY.split("_")[2] not in text, who
         for name, secret in SECRETS.items():
             for form in (secret, quote(secret), quote(secret, safe="")):
                 assert form not in text, (who, name)

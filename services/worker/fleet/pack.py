@@ -4,6 +4,7 @@ samples.tar follows WebDataset: for each image `{index:09d}.jpg` (or .png) and `
 in order, with fixed header fields, so that the same images give the same bytes.
 """
 
+import errno
 import hashlib
 import io
 import json
@@ -70,7 +71,9 @@ def pack(
         return _pack(images, folder, crossed)
     except OSError as error:
         told = full_disk.told(error, folder, _REMEDY)
-        raise AttemptFailed(FailureKind.WORKER, f"the shard cannot be packed: {told}") from error
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        kind = FailureKind.DISK_FULL if full else FailureKind.WORKER
+        raise AttemptFailed(kind, f"the shard cannot be packed: {told}") from error
 
 
 def _pack(

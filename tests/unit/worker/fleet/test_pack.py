@@ -78,4 +78,4 @@ def test_a_full_disk_is_the_workers_trouble_and_is_told(tmp_path: Path, name: st
     image = rendered(tmp_path / "images", 0)
     with pytest.raises(AttemptFailed, match=r"no space left below .* MB .*HI5_SCRATCH_DIR") as told:
         pack([image], tmp_path, ALWAYS_BALANCED)
-    assert told.value.kind is FailureKind.WORKER
+    assert told.value.kind is FailureKind.DISK_FULL
