@@ -28,7 +28,9 @@ class Fault(StrEnum):
 
 EVERYWHERE = (Fault.CRASH, Fault.STOP)
 STOPS_S = (5.0, 30.0, 70.0, 200.0)
-USER = "user"
+USER, KEEPER = "user", "keeper"
+COLLECTING_S = 250.0
+"""For so much longer keepers are struck."""
 
 
 @dataclass
@@ -59,7 +61,9 @@ class Points:
         """Return what is to happen here, None as a rule; never to a user."""
         self.reached[point] += 1
         process = self.scheduler.current.process
-        calm = self.scheduler.now_s >= self.calm_s or process.name == USER
+        # What there is to collect has to grow old first.
+        calm_s = self.calm_s + (COLLECTING_S if process.name.startswith(KEEPER) else 0.0)
+        calm = self.scheduler.now_s >= calm_s or process.name == USER
         if calm or not possible or self.rng.random() >= self.chance:
             return None
         fault = self.rng.choice(possible)

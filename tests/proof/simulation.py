@@ -32,7 +32,7 @@ from services.worker.fleet.lease import Lease
 from services.worker.fleet.shard_render import ShardRender
 from services.worker.fleet.shard_runner import ShardRunner
 from services.worker.keeper import Keeper
-from tests.proof.faultpoints import Fault, Points
+from tests.proof.faultpoints import KEEPER, Fault, Points
 from tests.proof.scheduler import Event, Process, Scheduler, Threading, Time
 from tests.proof.world import (
     LATE_S,
@@ -58,7 +58,7 @@ SETTINGS = {
     "reconcile_s": 40,
     "dispatch_s": 40,
     "ring_s": 30,
-    "sweep_s": 100,
+    "sweep_s": 60,
     "orphan_grace_s": GRACE_S,
     "block_s": 30,
 }
@@ -143,7 +143,7 @@ class Simulation:
             for number in range(self.rng.choice([2, 2, 3])):
                 self._start(f"worker{number}", self._work)
             for number in range(self.rng.choice([1, 1, 2])):
-                self._start(f"keeper{number}", self._keep)
+                self._start(f"{KEEPER}{number}", self._keep)
             self._use()
             while self.scheduler.now_s < END_S and self._unsettled():
                 self._try_failed_again()
@@ -221,7 +221,7 @@ class Simulation:
         self.draining.discard(name)
 
     def _drains(self, name: str) -> bool:
-        if self.points.draw("drain", Fault.FAIL) and self.rng.random() < 0.1:
+        if self.points.draw("drain", Fault.FAIL) and self.rng.random() < 0.5:
             self.draining.add(name)
         return name in self.draining
 
