@@ -90,7 +90,7 @@ class _Passing(BaseHTTPRequestHandler):
             status, headers, answer = 500, [], b""
         self._answer(status, headers, answer)
 
-    do_GET = do_HEAD = do_PUT = do_DELETE = do_POST = _pass_on  # noqa: N815
+    do_GET = do_HEAD = do_PUT = do_DELETE = do_POST = _pass_on  # noqa: N815  http.server names them
 
     def _asked(self, body: bytes) -> tuple[int, list[tuple[str, str]], bytes]:
         connection = http.client.HTTPConnection(*self.lying_store.target, timeout=_TIMEOUT_S)

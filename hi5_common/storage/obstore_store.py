@@ -91,7 +91,7 @@ class ObstoreStore:
                 for meta in page:
                     yield ObjectEntry(meta["path"], int(meta["size"]), meta["last_modified"])
 
-    def remove_unfinished(self, grace_s: float) -> int:  # noqa: ARG002 (the port's)
+    def remove_unfinished(self, grace_s: float) -> int:  # noqa: ARG002  part of the port
         """Remove nothing: parts of dead uploads are the business of the bucket's lifecycle."""
         return 0
 

@@ -22,7 +22,7 @@ BEAT_S = 5.0
 POLLER = "services.worker.fleet.poller"
 
 
-class HeartbeatStep(bootsteps.StartStopStep):  # type: ignore[misc]
+class HeartbeatStep(bootsteps.StartStopStep):  # type: ignore[misc]  # celery has no types
     """Beats from the event loop that also polls the broker: it stops when the loop hangs.
 
     It says whether the worker hears doorbells. Whether it works, the poller says (poller.py).
@@ -38,31 +38,31 @@ class HeartbeatStep(bootsteps.StartStopStep):  # type: ignore[misc]
         """Beat every BEAT_S seconds."""
         parent.timer.call_repeatedly(BEAT_S, self.heartbeat.beat)
 
-    def stop(self, parent: Any) -> None:  # noqa: ARG002
+    def stop(self, parent: Any) -> None:  # noqa: ARG002  celery passes it
         """Leave no sign of life behind."""
         self.heartbeat.end()
 
 
-class PollerStep(bootsteps.StartStopStep):  # type: ignore[misc]
+class PollerStep(bootsteps.StartStopStep):  # type: ignore[misc]  # celery has no types
     """Keeps the process that asks the database for work while the broker does not tell of any."""
 
     def __init__(self, parent: Any, **options: Any) -> None:
         super().__init__(parent, **options)
         self.poller = Sibling(POLLER)
 
-    def start(self, parent: Any) -> None:  # noqa: ARG002
+    def start(self, parent: Any) -> None:  # noqa: ARG002  celery passes it
         """Start it."""
         self.poller.start()
 
-    def close(self, parent: Any) -> None:  # noqa: ARG002
+    def close(self, parent: Any) -> None:  # noqa: ARG002  celery passes it
         """Tell it to hand back or finish what it has, while the pool does the same."""
         self.poller.ask_to_end()
 
-    def stop(self, parent: Any) -> None:  # noqa: ARG002
+    def stop(self, parent: Any) -> None:  # noqa: ARG002  celery passes it
         """Wait until it has."""
         self.poller.join()
 
-    def terminate(self, parent: Any) -> None:  # noqa: ARG002
+    def terminate(self, parent: Any) -> None:  # noqa: ARG002  celery passes it
         """End it at once, on a cold shutdown."""
         self.poller.kill()
         self.poller.join()
