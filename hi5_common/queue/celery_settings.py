@@ -31,7 +31,7 @@ def celery_settings(settings: Settings) -> dict[str, Any]:
         "result_backend": None,
         "task_ignore_result": True,
         "task_track_started": False,
-        # The lease in the database is the truth: a message is spent when it is read.
+        # The lease in the database is the truth: a message is spent when a pool process takes it.
         "task_acks_late": False,
         "task_reject_on_worker_lost": False,
         "task_time_limit": None,
