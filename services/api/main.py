@@ -19,6 +19,7 @@ from services.api.access.doors import require_doors
 from services.api.access.gate import Gate
 from services.api.access.log_filter import hide_tokens
 from services.api.access.routes import router as access
+from services.api.arenas import share_arenas
 from services.api.audit.routes import router as audit
 from services.api.balance.routes import router as balance
 from services.api.cards.routes import router as cards
@@ -59,6 +60,7 @@ ROUTERS = (
 def create_app() -> FastAPI:
     """Read the settings and open what they name; nothing is contacted before a request."""
     hide_tokens()
+    share_arenas()
     settings = Settings()
     parts = Parts.of(
         settings,

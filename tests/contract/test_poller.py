@@ -74,6 +74,19 @@ def test_nothing_due_takes_no_slot_and_is_a_sign_of_life(
     assert (worker.name, worker.alive, worker.slots) == ("node", True, 2)
 
 
+def test_slots_that_are_free_again_at_once_are_not_taken_again(
+    database: Database, tmp_path: Path
+) -> None:
+    factories.dataset(database)
+    work = Work()
+    work.go.set()
+    own = poller(database, tmp_path, work, threading.Event())
+    own.slots = Slots(None, 2)  # every one is always free
+    assert own.look() == 2
+    own.join()
+    assert own.attempts == 2 * MOST_ATTEMPTS
+
+
 def test_a_database_that_is_away_is_no_sign_of_life(tmp_path: Path) -> None:
     away = open_database(f"sqlite:///{tmp_path}")  # a folder
     own = poller(away, tmp_path, Work(), threading.Event())

@@ -90,10 +90,13 @@ class Poller:
         return due
 
     def look(self) -> int:
-        """Ask once, and put every free slot to work if there is any; return how many."""
-        due = self.ask()
+        """Ask once, and put every free slot to work if there is any; return how many.
+
+        Never more than there are: a slot that is free again at once found nothing left to do.
+        """
+        most = self.slots.count if self.ask() else 0
         taken = 0
-        while due and (slot := self.slots.take()) is not None:
+        while taken < most and (slot := self.slots.take()) is not None:
             taken += 1
             # A render child dies with the thread that started it: one for as long as the work.
             thread = threading.Thread(target=self._work, args=(slot,), name="slot")
