@@ -94,10 +94,10 @@ def test_a_message_popped_by_a_process_that_is_then_killed(fleet: Fleet) -> None
 
 
 def test_a_broker_that_is_emptied_in_the_middle(fleet: Fleet) -> None:
-    made = factories.dataset(fleet.database, count=12, size=2, name="slow 0.1")
+    made = factories.dataset(fleet.database, count=16, size=2, name="slow 0.3")
     fleet.start_keeper()
     fleet.start_worker()
-    fleet.wait_for_progress(made.id)
+    fleet.wait_for_claim(made.id)
     wait_until(lambda: fleet.keeper.doorbell.waiting() > 0, fleet.log)
     empty_broker(fleet.settings.broker_url)
     fleet.start_worker()  # has to hear of it by a second ring
@@ -121,7 +121,7 @@ def test_a_broker_killed_and_started_empty(fleet: Fleet, own_valkey: ValkeyServe
     before = factories.dataset(fleet.database, count=8, size=2, name="slow 0.2")
     fleet.start_keeper()
     fleet.start_worker()
-    fleet.wait_for_progress(before.id)
+    fleet.wait_for_claim(before.id)
     own_valkey.terminate()
     fleet.wait_for_completion(before.id)  # a worker at work needs no broker
     after = factories.dataset(fleet.database, count=4, size=2)
@@ -200,7 +200,7 @@ def test_a_visibility_timeout_shorter_than_the_task(fleet: Fleet) -> None:
         fleet.start_worker("tests.support.hasty_celery_app")
     fleet.wait_for_progress(made.id)
     taken = heard(fleet)
-    fleet.wait_for_progress(made.id, images=12)
+    fleet.wait_for_progress(made.id, images=8)
     with redis.Redis.from_url(fleet.settings.broker_url) as client:
         assert client.hlen("hi5:unacked") == 0  # spent when it was read
     fleet.wait_for_completion(made.id)

@@ -64,6 +64,10 @@ class Fleet:
             history = events.of_dataset(session, dataset_id, 10_000)
         return [event.kind for event in history if event.shard_number is not None]
 
+    def wait_for_claim(self, dataset_id: UUID) -> None:
+        """Wait until a worker has begun. Short shards may end before they report any progress."""
+        wait_until(lambda: "claim" in self.kinds(dataset_id), self.log)
+
     def wait_for_progress(self, dataset_id: UUID, images: int = 1) -> None:
         """Wait until a worker has reported images of a shard it still holds."""
         wait_until(lambda: self.dataset(dataset_id).images_in_progress >= images, self.log)
