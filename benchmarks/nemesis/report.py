@@ -31,9 +31,10 @@ class Spread:
 class Report:
     """The figures.
 
-    next_finish: from the end of a fault to the next publication, of any shard. taken_up: from the
-    end of a fault to the next claim of a shard, for each attempt that came to nothing: by the last
-    fault before its end.
+    next_finish: from the end of a fault to the next publication, of any shard. given_back and
+    taken_up: for each attempt that came to nothing, from the end of the last fault before its end
+    until its shard is back in the queue, and until it is claimed again. Older shards go first, so
+    the second counts the queue before it, too.
     """
 
     faults: Counter[str]
@@ -43,8 +44,9 @@ class Report:
     attempts: int
     retried_by_users: int
     next_finish: Spread
+    given_back: Spread
+    given_back_by_kind: dict[str, Spread]
     taken_up: Spread
-    taken_up_by_kind: dict[str, Spread]
     ends: Counter[str]
     """How attempts ended: the names of transitions."""
 
@@ -68,12 +70,14 @@ def report(outcome: Outcome) -> Report:
     events = [event for event in outcome.world.events if event.shard_number is not None]
     finishes = sorted(event.at.timestamp() for event in events if event.kind == Transition.FINISH)
     waits = [_until_next(finishes, healed[each.fields["number"]]) for each in struck]
-    again: dict[str, list[float]] = {}
+    back: dict[str, list[float]] = {}
+    again: list[float] = []
     for broken in _broken_attempts(events):
         cause = _last_before(struck, broken)
         if cause is not None:
-            wait_s = broken.claimed_again_s - healed[cause.fields["number"]]
-            again.setdefault(cause.fields["name"], []).append(max(0.0, wait_s))
+            since_s = healed[cause.fields["number"]]
+            back.setdefault(cause.fields["name"], []).append(max(0.0, broken.ended_s - since_s))
+            again.append(max(0.0, broken.claimed_again_s - since_s))
     kinds = Counter(event.kind for event in events)
     return Report(
         faults=Counter(each.fields["name"] for each in struck),
@@ -83,8 +87,9 @@ def report(outcome: Outcome) -> Report:
         attempts=kinds[Transition.CLAIM],
         retried_by_users=_count(outcome.entries, "retry_done"),
         next_finish=_spread([wait for wait in waits if wait is not None]),
-        taken_up=_spread([wait for found in again.values() for wait in found]),
-        taken_up_by_kind={name: _spread(again[name]) for name in sorted(again)},
+        given_back=_spread([wait for found in back.values() for wait in found]),
+        given_back_by_kind={name: _spread(back[name]) for name in sorted(back)},
+        taken_up=_spread(again),
         ends=kinds,
     )
 
@@ -105,10 +110,11 @@ def as_json(outcome: Outcome, figures: Report) -> dict[str, Any]:
         "overhead": round(figures.overhead, 4),
         "ends": dict(figures.ends),
         "seconds_to_next_publication": vars(figures.next_finish),
-        "seconds_until_broken_attempts_are_taken_up": vars(figures.taken_up),
+        "seconds_until_broken_off_shards_are_back_in_the_queue": vars(figures.given_back),
         "the_same_by_kind": {
-            name: vars(spread) for name, spread in figures.taken_up_by_kind.items()
+            name: vars(spread) for name, spread in figures.given_back_by_kind.items()
         },
+        "seconds_until_they_are_claimed_again": vars(figures.taken_up),
         "violations": outcome.verdict.counts(),
         "violations_in_words": outcome.verdict.lines(),
     }
@@ -118,7 +124,7 @@ def in_words(outcome: Outcome, figures: Report) -> str:
     """Return the figures for people."""
     total = figures.faults.total()
     rows = [
-        f"  {name.lower():16} {count:5}  {_words(figures.taken_up_by_kind.get(name))}"
+        f"  {name.lower():16} {count:5}  {_words(figures.given_back_by_kind.get(name))}"
         for name, count in sorted(figures.faults.items())
     ]
     head = (
@@ -129,7 +135,6 @@ def in_words(outcome: Outcome, figures: Report) -> str:
     )
     wrong = ", ".join(f"{name} {count}" for name, count in outcome.verdict.counts().items())
     ends = ", ".join(f"{name} {count}" for name, count in sorted(figures.ends.items()))
-    next_finish, taken_up = _words(figures.next_finish), _words(figures.taken_up)
     return "\n".join(
         [
             head,
@@ -138,8 +143,10 @@ def in_words(outcome: Outcome, figures: Report) -> str:
             f"attempts: {figures.attempts}, in vain {figures.in_vain} ({figures.overhead:.1%})",
             f"what became of shards: {ends}",
             f"asked again by users: {figures.retried_by_users}",
-            f"from a fault's end to the next publication: {next_finish}",
-            f"from a fault's end until a shard it broke off is taken up again: {taken_up}",
+            f"from a fault's end to the next publication: {_words(figures.next_finish)}",
+            "from a fault's end until a shard it broke off is claimed again, older ones first: "
+            + _words(figures.taken_up),
+            f"and until it is back in the queue: {_words(figures.given_back)}; by kind of fault:",
             *rows,
             f"0 in {total} faults means at most {3 / max(1, total):.3%} of faults, at 95 %",
         ]

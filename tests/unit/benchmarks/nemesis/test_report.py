@@ -41,5 +41,6 @@ def test_recovery() -> None:
     # The next publication: 14 after 13.5, and 24 after 16.
     assert (figures.next_finish.p50, figures.next_finish.longest) == (0.5, 8.0)
     # The first attempt at shard 0 ended at 20, the last fault before that at 16; claimed at 21.
-    assert figures.taken_up_by_kind.keys() == {"B"}
-    assert figures.taken_up_by_kind["B"].longest == 5.0
+    assert figures.given_back_by_kind.keys() == {"B"}
+    assert figures.given_back_by_kind["B"].longest == 4.0
+    assert figures.taken_up.longest == 5.0
