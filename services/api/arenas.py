@@ -4,7 +4,9 @@ import ctypes
 import sys
 
 MOST_ARENAS = 2
-_M_ARENA_MAX = -8
+OWN_PAGES_BYTES = 256 * 1024
+"""What is larger has pages of its own, which go back to the system when it does."""
+_M_ARENA_MAX, _M_MMAP_THRESHOLD = -8, -3
 """Of mallopt(3), in glibc's malloc.h."""
 
 
@@ -17,3 +19,4 @@ def share_arenas() -> None:
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform == "linux" else None
     if mallopt is not None:
         mallopt(_M_ARENA_MAX, MOST_ARENAS)
+        mallopt(_M_MMAP_THRESHOLD, OWN_PAGES_BYTES)

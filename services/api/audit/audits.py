@@ -14,7 +14,7 @@ from uuid import UUID
 from hi5_common.domain.errors import TransientError
 from hi5_common.fairness.report import Fairness
 
-KEPT = 8
+KEPT = 4
 """Audits of other datasets are forgotten, the one that was asked for longest ago first: not those
 that nobody has fetched yet."""
 MOST_WAITING = 16

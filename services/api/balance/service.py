@@ -6,7 +6,7 @@ from uuid import UUID
 from hi5_common.db.owned import OwnedDatasets
 from hi5_common.domain.balance import Balance, balance_of
 
-BALANCES_KEPT = 8
+BALANCES_KEPT = 4
 """Each takes some 5 MB by default: eight thousand pairs of values."""
 
 
