@@ -11,10 +11,10 @@ _M_ARENA_MAX, _M_MMAP_THRESHOLD = -8, -3
 
 
 def share_arenas() -> None:
-    """Have all threads allocate from few arenas, where the C library is glibc.
+    """Have threads share few arenas, and large arrays none, where the C library is glibc.
 
-    By default it gives every thread its own, up to eight per core, and each keeps the pages of the
-    largest answer it ever made.
+    By default it gives every thread an arena of its own, up to eight per core, and each keeps the
+    pages of the largest answer it ever made.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform == "linux" else None
     if mallopt is not None:
