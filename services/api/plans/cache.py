@@ -5,10 +5,12 @@ from threading import Lock
 
 from hi5_common.domain.errors import TransientError
 from hi5_common.domain.plan import Plan
+from hi5_common.domain.planning.order import WOVEN
 from hi5_common.domain.spec import DatasetSpec
 
-PLANS_KEPT = 4
-"""Each takes up to 13 MB by default: a million images woven, of six attributes."""
+PLANS_KEPT = 16
+IMAGES_KEPT = 2 * WOVEN
+"""Of all plans kept. A plan takes up to 13 MB by default, for the images it weaves."""
 MOST_WAITING = 16
 """Requests that may wait for their plans: each holds one of the threads that all others need."""
 
@@ -55,10 +57,18 @@ class Plans:
             return found
 
     def _make(self, text: str) -> Plan:
-        plan = Plan.of(DatasetSpec.model_validate_json(text))
+        spec = DatasetSpec.model_validate_json(text)
+        with self._counting:
+            self._make_room(spec.count)
+        plan = Plan.of(spec)
         with self._counting:
             self.made += 1
             self._kept[text] = plan
-            while len(self._kept) > PLANS_KEPT:
-                self._kept.popitem(last=False)
         return plan
+
+    def _make_room(self, count: int) -> None:
+        """Forget the plans asked for longest ago, before one of so many images takes memory."""
+        images = min(count, WOVEN) + sum(min(plan.count, WOVEN) for plan in self._kept.values())
+        while self._kept and (len(self._kept) >= PLANS_KEPT or images > IMAGES_KEPT):
+            _, forgotten = self._kept.popitem(last=False)
+            images -= min(forgotten.count, WOVEN)
