@@ -92,7 +92,7 @@ class Poller:
     def look(self) -> int:
         """Ask once, and put every free slot to work if there is any; return how many.
 
-        Never more than there are: a slot that is free again at once found nothing left to do.
+        Never more than there are: one that is free again at once is not taken a second time.
         """
         most = self.slots.count if self.ask() else 0
         taken = 0
